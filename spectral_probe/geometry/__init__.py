@@ -1,0 +1,1 @@
+"""Camera, ball, directions and the panorama (eq. 1-6)."""

@@ -1,0 +1,299 @@
+"""The data that travels down the pipeline: small frozen dataclasses, arrays with shapes by letter.
+
+Axis letters: H, W image; C = 3 camera channels; L wavelengths; K basis weights; B bases; P passes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+type FloatArray = npt.NDArray[np.floating[Any]]
+type IntArray = npt.NDArray[np.integer[Any]]
+type BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a long job has come: `fraction` in 0..1 and what it is doing now."""
+
+    fraction: float
+    message: str
+
+
+type Job[Result] = Generator[Progress, None, Result]
+"""A long job: it yields `Progress` and returns its result. `finish` drives it; operators and the CLI have their own drivers."""
+
+
+def finish[Result](job: Job[Result]) -> Result:
+    """Run a job to its end without showing progress, and return its result.
+
+    Examples
+    --------
+    >>> def job():
+    ...     yield Progress(0.5, "half way")
+    ...     return 42
+    >>> finish(job())
+    42
+    """
+    while True:
+        try:
+            next(job)
+        except StopIteration as stop:
+            return stop.value  # type: ignore[no-any-return]  # StopIteration carries its value untyped
+
+
+# ---------------------------------------------------------------- the capture, as the user describes it
+
+
+@dataclass(frozen=True)
+class CameraSettings:
+    """`[camera]` of a capture file. Lengths that are None come from EXIF or their default."""
+
+    model: str | None = None
+    sensitivities: Path | None = None
+    focal_px: tuple[float, float] | None = None
+    focal_mm: float | None = None
+    sensor_width_mm: float | None = None
+    calibration: Path | None = None
+    principal_px: tuple[float, float] | None = None
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class BallSettings:
+    """`[ball]` of a capture file: radius in metres, material as a name or as fractions of metals (eq. 11)."""
+
+    radius_m: float = 0.05
+    material: str | Mapping[str, float] = "SUS304"
+
+
+@dataclass(frozen=True)
+class ViewSettings:
+    """`[[view]]` of a capture file: where the camera looked and what it took.
+
+    `azimuth_deg` is the compass bearing of the viewing direction (0 = world +Y, clockwise from above),
+    `elevation_deg` > 0 means the camera is above the ball, `roll_deg` turns the camera clockwise about its axis.
+    `outline` is (centre x, centre y, radius) in pixels of the first photograph, or None to detect it.
+    """
+
+    photos: tuple[Path, ...]
+    azimuth_deg: float = 0.0
+    elevation_deg: float = 0.0
+    roll_deg: float = 0.0
+    refine: bool = True
+    exposures_s: tuple[float, ...] | None = None
+    iso: tuple[float, ...] | None = None
+    f_number: tuple[float, ...] | None = None
+    outline: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Capture:
+    """A whole capture: camera, ball, the lamp families that may be present, and the views."""
+
+    views: tuple[ViewSettings, ...]
+    camera: CameraSettings = field(default_factory=CameraSettings)
+    ball: BallSettings = field(default_factory=BallSettings)
+    families: tuple[str, ...] = ("incandescent", "daylight")
+
+
+# ---------------------------------------------------------------- photographs
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """Exposure time in seconds, ISO speed and f-number of one photograph."""
+
+    time_s: float
+    iso: float = 100.0
+    f_number: float = 1.0
+
+    @property
+    def relative(self) -> float:
+        """Relative exposure t ISO / (100 N^2), in seconds at ISO 100 and f/1.
+
+        Examples
+        --------
+        >>> Exposure(0.01, iso=200, f_number=2).relative
+        0.005
+        """
+        return self.time_s * self.iso / (100.0 * self.f_number**2)
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """One photograph in linear camera RGB.
+
+    `pixels` (H, W, 3) float32, 1 = the sensor's (or the file's) saturation level, black at 0, no white balance;
+    `clipped` (H, W) True where any channel is saturated. `exposure` is None where the file says nothing.
+    `focal_mm` and `focal_35mm` come from EXIF (None without). `display_referred` marks JPEG and other
+    pictures that passed through a tone curve, here undone as sRGB. `scene_referred_float` marks EXR and HDR, whose values are
+    radiance already and never clip.
+    """
+
+    path: Path
+    pixels: FloatArray
+    clipped: BoolArray
+    exposure: Exposure | None = None
+    focal_mm: float | None = None
+    focal_35mm: float | None = None
+    display_referred: bool = False
+    scene_referred_float: bool = False
+
+
+@dataclass(frozen=True)
+class RadianceImage:
+    """A bracket merged: `radiance` (H, W, 3) in relative linear camera RGB per unit of relative exposure.
+
+    `variance` (H, W, 3) is the variance of `radiance`. `valid` (H, W) is False where every photograph is clipped
+    (there `radiance` is a lower bound) or nothing was recorded.
+    """
+
+    radiance: FloatArray
+    variance: FloatArray
+    valid: BoolArray
+
+
+# ---------------------------------------------------------------- geometry
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera: focal lengths and principal point in pixels (pixel centres at integer + 0.5).
+
+    `distortion` in OpenCV's order k1 k2 p1 p2 k3; `size_px` is (width, height); `source` says where the
+    focal length came from ("capture file", "calibration", "EXIF").
+    """
+
+    focal_px: tuple[float, float]
+    principal_px: tuple[float, float]
+    size_px: tuple[int, int]
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    source: str = "capture file"
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The ball's outline in an image: an ellipse, and the sub-pixel edge points (N, 2) it was fitted to.
+
+    `centre_px` (x, y); `semi_axes_px` (major, minor); `angle_rad` of the major axis from +x towards +y;
+    `rms_px` distance of the points from the ellipse. All in pixels, pixel centres at integer + 0.5.
+    """
+
+    centre_px: tuple[float, float]
+    semi_axes_px: tuple[float, float]
+    angle_rad: float
+    points_px: FloatArray
+    rms_px: float
+
+
+@dataclass(frozen=True)
+class BallFit:
+    """The ball in the camera's frame: centre M (3,) in metres, radius r, half angle xi of the outline's cone.
+
+    `rms_rad` is the distance of the outline's rays from the cone. The distance |M| is d = r / sin(xi).
+    """
+
+    centre_m: FloatArray
+    radius_m: float
+    cone_angle_rad: float
+    rms_rad: float
+
+    @property
+    def distance_m(self) -> float:
+        """Distance from the camera's centre of projection to the ball's centre, in metres."""
+        return float(np.linalg.norm(self.centre_m))
+
+
+# ---------------------------------------------------------------- the probe
+
+
+@dataclass(frozen=True)
+class SpectralPanorama:
+    """The spectrum of the light from every direction, in Blender's equirectangular frame (row 0 is up).
+
+    The spectral radiance at a pixel is ``weights @ bases[basis_index]``, per nm, relative units.
+
+    Parameters
+    ----------
+    weights
+        (H, W, K) float32 weights epsilon of eq. 8; K is fixed within a panorama, unused weights are 0.
+    bases
+        (B, K, L) basis spectra.
+    basis_index
+        (H, W) uint8, which basis a pixel uses.
+    wavelengths_nm
+        (L,).
+    valid
+        (H, W) bool, False where no view saw the direction unclipped.
+    confidence
+        (H, W) float32 in 0..1.
+    provenance
+        What it was made from and how, as text for the file's header.
+    """
+
+    weights: FloatArray
+    bases: FloatArray
+    basis_index: npt.NDArray[np.uint8]
+    wavelengths_nm: FloatArray
+    valid: BoolArray
+    confidence: FloatArray
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class LightLayers:
+    """A panorama as three non-negative light layers for the light-basis passes.
+
+    The spectral radiance at a pixel is ``weights @ spectra``; `weights` (H, W, 3) float32 >= 0, `spectra` (3, L) may be
+    signed. `residual` is the share of the panorama's spectral energy that the three layers do not hold.
+    """
+
+    weights: FloatArray
+    spectra: FloatArray
+    wavelengths_nm: FloatArray
+    residual: float
+
+
+@dataclass(frozen=True)
+class PassPlan:
+    """Which Cycles passes to render and how they become spectra.
+
+    In pass p the world's R, G, B hold either three light layers (`kind` "light-basis": one texture for all
+    passes) or the light at three wavelengths ("wavelength"), and channel c of every material is set to
+    ``wavelengths_nm[p, c]``. With the rendered passes ``T`` (P, H, W, 3), the spectral radiance is
+    ``einsum("phwc,pcl->hwl", T, reconstruction)``; both kinds are put together by this one sum.
+
+    Parameters
+    ----------
+    kind
+        "light-basis" or "wavelength".
+    wavelengths_nm
+        (P, 3) wavelength of the materials in each channel; in a light-basis pass all three are the same.
+    reconstruction
+        (P, 3, L) contribution of each channel of each pass to the spectrum, per nm.
+    grid_nm
+        (L,) wavelengths of the spectrum.
+    sample_shares
+        (P,) share of the full sample count that each pass gets, in 0..1.
+    predicted_de2000
+        Predicted mean and maximum dE2000 against the 61-wavelength reference; None where nothing was predicted.
+    """
+
+    kind: Literal["light-basis", "wavelength"]
+    wavelengths_nm: FloatArray
+    reconstruction: FloatArray
+    grid_nm: FloatArray
+    sample_shares: FloatArray
+    predicted_de2000: tuple[float, float] | None = None
+
+    @property
+    def passes(self) -> int:
+        """Number of passes P."""
+        return len(self.wavelengths_nm)

@@ -1,0 +1,1 @@
+"""Photographs to radiance: reading, exposure, alignment, merging."""

@@ -1,0 +1,1 @@
+"""Plans of Cycles passes, passes to tristimulus values, comparison."""

@@ -1,0 +1,1 @@
+"""Spectral data and spectral recovery (eq. 7-11)."""
