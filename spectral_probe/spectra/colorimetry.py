@@ -1,0 +1,134 @@
+"""Tristimulus values and colour differences: colour-science on our wavelength grid.
+
+Spectra are spectral radiance per nm on `grid.WAVELENGTHS_NM`; XYZ are sums of radiance times the CIE 1931
+2 degree colour-matching functions over nm, not normalised: an image's white is stated where it matters.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from ..errors import SpectralDataError
+from ..model import FloatArray
+from .colour_science import colour
+from .grid import STEP_NM, WAVELENGTHS_NM
+
+_OBSERVER = "CIE 1931 2 Degree Standard Observer"
+
+
+def on_grid(distribution: object) -> FloatArray:
+    """Values of a colour-science (multi-)spectral distribution at `WAVELENGTHS_NM`.
+
+    Linear between samples and constant beyond its ends (tabulated lights often start at 405 or 410 nm).
+    """
+    known = np.asarray(distribution.wavelengths, float)  # type: ignore[attr-defined]  # colour is untyped
+    values = np.asarray(distribution.values, float)  # type: ignore[attr-defined]
+    if values.ndim == 1:
+        return np.interp(WAVELENGTHS_NM, known, values)
+    return np.stack([np.interp(WAVELENGTHS_NM, known, column) for column in values.T], axis=-1)
+
+
+@cache
+def colour_matching_functions() -> FloatArray:
+    """CIE 1931 2 degree colour-matching functions, (61, 3).
+
+    Examples
+    --------
+    >>> colour_matching_functions()[31].round(4).tolist()  # 555 nm
+    [0.5121, 1.0, 0.0057]
+    """
+    return _read_only(on_grid(colour.MSDS_CMFS[_OBSERVER]))
+
+
+@cache
+def illuminant(name: str) -> FloatArray:
+    """Relative spectral power of a CIE illuminant or light source of colour-science, (61,).
+
+    Raises
+    ------
+    SpectralDataError
+        If there is no light of that name.
+    """
+    for lights in (colour.SDS_ILLUMINANTS, colour.SDS_LIGHT_SOURCES):
+        if name in lights:
+            return _read_only(on_grid(lights[name]))
+    raise SpectralDataError(f'There is no light called "{name}" in the library.')
+
+
+def spectra_to_xyz(spectra: FloatArray) -> FloatArray:
+    """Tristimulus values of spectral radiance: the sum over nm of radiance times colour-matching functions.
+
+    Parameters
+    ----------
+    spectra
+        (..., 61) per nm.
+
+    Returns
+    -------
+    ndarray
+        (..., 3).
+    """
+    return spectra @ (colour_matching_functions() * STEP_NM).astype(spectra.dtype)
+
+
+@cache
+def white_xyz(light: str = "D65") -> FloatArray:
+    """Tristimulus values of a perfect diffuser under a light, Y = 1, (3,), by summation on our grid."""
+    xyz = spectra_to_xyz(illuminant(light))
+    return _read_only(xyz / xyz[1])
+
+
+@cache
+def _rec709_matrix() -> FloatArray:
+    return _read_only(np.asarray(colour.RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB, float))
+
+
+def xyz_to_rec709(xyz: FloatArray) -> FloatArray:
+    """Scene-linear Rec.709 (D65 white) of tristimulus values, (..., 3) -> (..., 3); negative where out of gamut."""
+    return xyz @ _rec709_matrix().T.astype(np.asarray(xyz).dtype)
+
+
+def rec709_to_xyz(rgb: FloatArray) -> FloatArray:
+    """Tristimulus values of scene-linear Rec.709, (..., 3) -> (..., 3); the inverse of `xyz_to_rec709`.
+
+    Examples
+    --------
+    >>> rec709_to_xyz(np.array([1.0, 1.0, 1.0])).round(4).tolist()
+    [0.9505, 1.0, 1.0891]
+    """
+    return rgb @ np.linalg.inv(_rec709_matrix()).T.astype(np.asarray(rgb).dtype)
+
+
+def chromaticity(xyz: FloatArray) -> FloatArray:
+    """Chromaticity coordinates (x, y) of tristimulus values, (..., 3) -> (..., 2); black gives the white of D65.
+
+    Examples
+    --------
+    >>> chromaticity(np.array([0.9505, 1.0, 1.0891])).round(4).tolist()
+    [0.3127, 0.329]
+    """
+    total = xyz.sum(-1, keepdims=True)
+    white = colour.CCS_ILLUMINANTS[_OBSERVER]["D65"]
+    return np.where(total > 0, xyz[..., :2] / np.where(total > 0, total, 1.0), white)
+
+
+def xyz_to_lab(xyz: FloatArray, white: FloatArray) -> FloatArray:
+    """CIE 1976 L*a*b*, (..., 3), of tristimulus values relative to a white (3,)."""
+    white = np.asarray(white, float)
+    xy = white[:2] / white.sum()
+    return np.asarray(colour.XYZ_to_Lab(np.asarray(xyz, float) / white[1], xy))
+
+
+def delta_e_2000(xyz_a: FloatArray, xyz_b: FloatArray, white: FloatArray) -> FloatArray:
+    """CIEDE2000 colour difference of two sets of tristimulus values, (..., 3) x (..., 3) -> (...).
+
+    Both are taken relative to the same white (3,), whose Y is the luminance of a perfect diffuser.
+    """
+    return np.asarray(colour.delta_E(xyz_to_lab(xyz_a, white), xyz_to_lab(xyz_b, white), method="CIE 2000"))
+
+
+def _read_only(array: FloatArray) -> FloatArray:
+    array.flags.writeable = False
+    return array
