@@ -95,12 +95,13 @@ class ViewSettings:
 
 @dataclass(frozen=True)
 class Capture:
-    """A whole capture: camera, ball, the lamp families that may be present, and the views."""
+    """A whole capture: camera, ball, the lamp families that may be present, the recovery method, and the views."""
 
     views: tuple[ViewSettings, ...]
     camera: CameraSettings = field(default_factory=CameraSettings)
     ball: BallSettings = field(default_factory=BallSettings)
     families: tuple[str, ...] = ("incandescent", "daylight")
+    method: str = "family"
 
 
 # ---------------------------------------------------------------- photographs

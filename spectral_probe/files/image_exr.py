@@ -1,0 +1,81 @@
+"""OpenEXR images of named channels: reading, writing, and errors a user can act on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenEXR
+
+from ..errors import FileFormatError
+from ..model import FloatArray
+from .atomic import written_whole
+
+type Header = dict[str, Any]
+
+
+def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str, str] | None = None) -> None:
+    """Write an OpenEXR image, whole or not at all.
+
+    Parameters
+    ----------
+    path
+        The file.
+    channels
+        (H, W) arrays by channel name; float32 and float16 are kept as they are.
+    header
+        Text attributes.
+    """
+    attributes: Header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(header or {})}
+    pixels = {name: np.ascontiguousarray(channel) for name, channel in channels.items()}
+    with written_whole(path) as temporary:
+        OpenEXR.File(attributes, pixels).write(str(temporary))
+
+
+def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
+    """Channels (H, W) by name, and the header, of an OpenEXR image.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing or is not OpenEXR.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileFormatError(f"There is no file {path}. Check the path.")
+    if path.open("rb").read(4) != b"v/1\x01":
+        raise FileFormatError(f"{path.name} is not an OpenEXR image.")
+    try:
+        file = OpenEXR.File(str(path), separate_channels=True)
+    except RuntimeError as problem:
+        raise FileFormatError(f"{path.name} cannot be read as OpenEXR ({problem}). It may be cut short.") from None
+    return {name: channel.pixels for name, channel in file.channels().items()}, dict(file.header())
+
+
+def write_rgb(
+    path: Path, image: FloatArray, channel_names: Sequence[str] = ("R", "G", "B"), header: Mapping[str, str] | None = None
+) -> None:
+    """Write an image (H, W, 3) as 32-bit float channels of the given names."""
+    write_channels(
+        path,
+        {name: np.asarray(image[..., index], np.float32) for index, name in enumerate(channel_names)},
+        header,
+    )
+
+
+def read_rgb(path: Path, channel_names: Sequence[str] = ("R", "G", "B")) -> FloatArray:
+    """Read three channels of an OpenEXR image, (H, W, 3) float32.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, not OpenEXR, or has no such channels.
+    """
+    channels, _ = read_channels(path)
+    if any(name not in channels for name in channel_names):
+        raise FileFormatError(
+            f"{Path(path).name} has no channels {', '.join(channel_names)}, but {', '.join(sorted(channels)[:8])}."
+        )
+    return np.stack([np.asarray(channels[name], np.float32) for name in channel_names], axis=-1)

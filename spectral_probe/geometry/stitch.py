@@ -1,0 +1,86 @@
+"""Several views into one panorama: every direction is taken where it is sampled best ("image composition").
+
+A view samples a direction best where the ball faces it squarely: near the rim a pixel spans many directions and
+the outline's error grows as 1 / cos(theta_i). Towards itself a camera sees only itself, so there the other views count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from ..model import BoolArray, FloatArray
+from .panorama import ViewPanorama
+
+_OWN_REFLECTION_RAD = (np.radians(9.0), np.radians(16.0))
+"""Within the first angle of its own direction a view shows the camera; beyond the second it does not."""
+
+_LAST_RESORT = 1e-4
+"""Weight of a camera's own reflection where no other view helps."""
+
+_SHARPNESS = 6
+"""Power of the sampling quality: high enough that seams are short, low enough that noise averages."""
+
+
+def view_weights(views: Sequence[ViewPanorama]) -> FloatArray:
+    """Share of each view in every direction, (V, H, W) float32, summing to one where any view is valid, else 0.
+
+    Directions that every view that sees them has clipped get the shares of those views all the same: what they hold is
+    a lower bound, and better than nothing; `valid` of the result tells.
+
+    Examples
+    --------
+    >>> flat = np.ones((1, 2), np.float32)
+    >>> view = ViewPanorama(np.ones((1, 2, 3)), np.ones((1, 2, 3)), flat, flat, flat > 0, flat > 0)
+    >>> view_weights([view, view]).tolist()
+    [[[0.5, 0.5]], [[0.5, 0.5]]]
+    """
+    any_valid = np.any([view.valid for view in views], axis=0)
+    quality = np.stack([_quality(view, np.where(any_valid, view.valid, view.seen)) for view in views])
+    total = quality.sum(0)
+    return np.asarray(quality / np.where(total > 0, total, 1.0), np.float32)
+
+
+def _quality(view: ViewPanorama, usable: BoolArray) -> FloatArray:
+    first, last = _OWN_REFLECTION_RAD
+    ramp = np.clip((view.facing_rad - first) / (last - first), 0.0, 1.0)
+    shown = np.maximum(ramp * ramp * (3 - 2 * ramp), _LAST_RESORT)
+    return np.where(usable, np.maximum(view.cos_incidence, 1e-3) ** _SHARPNESS * shown, 0.0)
+
+
+def fill_unseen(values: FloatArray, known: BoolArray) -> FloatArray:
+    """Values of directions nobody saw, from their surroundings: pull-push over halved resolutions.
+
+    Parameters
+    ----------
+    values
+        (H, W, K).
+    known
+        (H, W) where `values` are to be kept.
+
+    Returns
+    -------
+    ndarray
+        (H, W, K) float32; the known ones unchanged. All zero where nothing is known.
+    """
+    values = np.asarray(values, np.float32)
+    if known.all() or not known.any():
+        return values if known.any() else np.zeros_like(values)
+    return np.where(known[..., None], values, _pull_push(values * known[..., None], known.astype(np.float32)))
+
+
+def _pull_push(weighted: FloatArray, weight: FloatArray) -> FloatArray:
+    height, width = weight.shape
+    mean = weighted / np.maximum(weight, 1e-6)[..., None]
+    if min(height, width) <= 1 or weight.min() > 0.5:
+        return mean
+    half = (max(width // 2, 1), max(height // 2, 1))
+    smaller = np.dstack([cv2.resize(channel, half, interpolation=cv2.INTER_AREA) for channel in np.moveaxis(weighted, -1, 0)])
+    below = _pull_push(smaller, cv2.resize(weight, half, interpolation=cv2.INTER_AREA))
+    filled = np.dstack(
+        [cv2.resize(channel, (width, height), interpolation=cv2.INTER_LINEAR) for channel in np.moveaxis(below, -1, 0)]
+    )
+    share = np.clip(weight, 0.0, 1.0)[..., None]
+    return np.asarray(share * mean + (1 - share) * filled)
