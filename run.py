@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 LOCK = ROOT / "requirements.lock"
 STAMP = VENV / ".spectral-probe-is-set-up"
+UNFINISHED = "unfinished"
 BOOTSTRAP = VENV / ".uv"
 WINDOWS = os.name == "nt"
 BIN = VENV / ("Scripts" if WINDOWS else "bin")
@@ -188,7 +189,7 @@ def is_set_up() -> bool:
 
 def set_up() -> None:
     """Make `.venv`; the stamp that calls it complete is written last, so an interrupted set-up goes on."""
-    STAMP.unlink(missing_ok=True)
+    cut_short = STAMP.exists() and STAMP.read_text("utf-8") == UNFINISHED
     say("Setting up .venv, once: about 600 MB to download, 2 GB on disk")
     if VENV.exists() and not is_python_313([str(PYTHON)]):
         shutil.rmtree(VENV / "lib", ignore_errors=True)  # of another Python, or of one that is gone
@@ -201,7 +202,9 @@ def set_up() -> None:
         call([uv, "venv", "--quiet", "--allow-existing", "--python", real_path(python), VENV])
     say("Installing the locked packages")
     install = ["--python", str(PYTHON)]
-    call([uv, "pip", "sync", "--require-hashes", *install, LOCK])
+    again = ["--reinstall"] if cut_short else []  # a package may lie there half written
+    STAMP.write_text(UNFINISHED, "utf-8")
+    call([uv, "pip", "sync", "--require-hashes", *again, *install, LOCK])
     call([uv, "pip", "install", "--quiet", "--no-deps", "--offline", *install, "--editable", ROOT])
     say("Trying Blender's module")
     try_bpy()
@@ -263,6 +266,7 @@ def say(text: str) -> None:
 def call(command: list[str | Path]) -> None:
     """Run one step of the set-up, its output to standard error; a failure ends the set-up."""
     environment = {"UV_HTTP_TIMEOUT": "600", **os.environ, "PIP_REQUIRE_VIRTUALENV": "false"}
+    environment.setdefault("PIP_ROOT_USER_ACTION", "ignore")
     environment.pop("VIRTUAL_ENV", None)
     environment.pop("PYTHONPATH", None)
     words = [str(word) for word in command]
