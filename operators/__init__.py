@@ -1,0 +1,29 @@
+"""Operators, one verb a file: each reads the settings, calls a function, keeps the result and reports."""
+
+import bpy
+
+from .add_object import SPECTRAL_PROBE_OT_add_object
+from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
+from .build_probe import SPECTRAL_PROBE_OT_build_probe
+from .compare import SPECTRAL_PROBE_OT_compare
+from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
+from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
+from .light_world import SPECTRAL_PROBE_OT_light_world
+from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
+from .save_capture import SPECTRAL_PROBE_OT_save_capture
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_PROBE_OT_import_capture,
+        SPECTRAL_PROBE_FH_capture,
+        SPECTRAL_PROBE_OT_save_capture,
+        SPECTRAL_PROBE_OT_add_view,
+        SPECTRAL_PROBE_OT_remove_view,
+        SPECTRAL_PROBE_OT_detect_ball,
+        SPECTRAL_PROBE_OT_build_probe,
+        SPECTRAL_PROBE_OT_light_world,
+        SPECTRAL_PROBE_OT_add_object,
+        SPECTRAL_PROBE_OT_render_spectral,
+        SPECTRAL_PROBE_OT_compare,
+    )
+)

@@ -1,0 +1,45 @@
+"""Add the objects of the paper: the gold pedestal, the silver ball, the copper ball."""
+
+import bpy
+from bpy.props import EnumProperty
+
+from .base import FINISHED, OperatorResult, ReportsErrors
+from .polls import in_object_mode
+
+
+class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
+    """Add an object of measured metal at the 3D cursor"""
+
+    bl_idname = "spectral_probe.add_object"
+    bl_label = "Add Metal Object"
+
+    kind: EnumProperty(
+        name="Object",
+        description="Object to add",
+        items=(
+            ("GOLD_PEDESTAL", "Gold Pedestal", "A pedestal of gold, to stand the balls on"),
+            ("SILVER_BALL", "Silver Ball", "A small ball of silver"),
+            ("COPPER_BALL", "Copper Ball", "A large ball of copper"),
+        ),
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Objects are added in object mode."""
+        return in_object_mode(cls, context)
+
+    def run(self, context: bpy.types.Context) -> OperatorResult:
+        """Add it and make it the active object."""
+        from .bridge import objects
+
+        add = {
+            "GOLD_PEDESTAL": objects.add_gold_pedestal,
+            "SILVER_BALL": objects.add_silver_ball,
+            "COPPER_BALL": objects.add_copper_ball,
+        }[self.kind]
+        added = add(context.collection, context.scene.cursor.location)
+        for selected in context.selected_objects:
+            selected.select_set(False)
+        added.select_set(True)
+        context.view_layer.objects.active = added
+        return FINISHED

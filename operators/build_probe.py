@@ -1,0 +1,67 @@
+"""Turn the photographs into the spectral light probe."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..spectral_probe.model import Capture, Job, Progress
+from .job import JobOperator
+from .polls import has_views
+from .results import keep_probe
+from .settings import capture_from, folder_of
+
+if TYPE_CHECKING:
+    from ..spectral_probe.probe import Probe
+
+
+def build_and_write(capture: Capture, width_px: int, directory: Path) -> Job[Probe]:
+    """Build the probe and write its files."""
+    from ..spectral_probe.probe import build_probe, write_outputs
+
+    probe = yield from _part(build_probe(capture, width_px), 0.0, 0.8)
+    yield from _part(write_outputs(probe, directory), 0.8, 1.0)
+    return probe
+
+
+def _part[Result](job: Job[Result], first: float, last: float) -> Job[Result]:
+    """A job as a part of a longer one: its progress runs from `first` to `last`."""
+    with closing(job):
+        while True:
+            try:
+                step = next(job)
+            except StopIteration as stop:
+                return stop.value
+            yield Progress(first + (last - first) * step.fraction, step.message)
+
+
+class SPECTRAL_PROBE_OT_build_probe(JobOperator, bpy.types.Operator):
+    """Recover the spectrum of the light from every direction and write it to the probe folder"""
+
+    bl_idname = "spectral_probe.build_probe"
+    bl_label = "Build Probe"
+
+    in_thread = True
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be photographs."""
+        return has_views(cls, context)
+
+    def job(self, context: bpy.types.Context) -> Job[Probe]:
+        """Read the settings and start."""
+        settings = context.scene.spectral_probe
+        directory = folder_of(settings.probe_directory, "probe")
+        return build_and_write(capture_from(settings), settings.probe_width, directory)
+
+    def done(self, context: bpy.types.Context, result: Probe) -> None:
+        """Keep the report's numbers in the scene."""
+        settings = context.scene.spectral_probe
+        keep_probe(settings, result.report)
+        self.report(
+            {"INFO"},
+            f"Probe built: {settings.probe.blind_fraction:.1%} blind, {settings.probe.seconds:.1f} s",
+        )

@@ -1,0 +1,57 @@
+"""Read a capture file into the settings of the scene."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+
+from ..spectral_probe.model import Capture
+from .base import FINISHED, OperatorResult, ReportsErrors
+from .settings import fill
+
+
+class SPECTRAL_PROBE_OT_import_capture(ReportsErrors, bpy.types.Operator):
+    """Read a capture file: the photographs of the ball, the camera, the exposures and the angles"""
+
+    bl_idname = "spectral_probe.import_capture"
+    bl_label = "Import Capture"
+
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.toml", options={"HIDDEN"})
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        """Ask for the file, unless one was dropped on the window."""
+        if self.filepath:
+            return self.execute(context)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def run(self, context: bpy.types.Context) -> OperatorResult:
+        """Load the file and fill the settings."""
+        from ..spectral_probe.files.capture import load_capture
+
+        path = Path(bpy.path.abspath(self.filepath))
+        capture = load_capture(path)
+        fill(context.scene.spectral_probe, capture, path)
+        self.report({"INFO"}, describe(capture))
+        return FINISHED
+
+
+class SPECTRAL_PROBE_FH_capture(bpy.types.FileHandler):
+    """A capture file may be dropped on a 3D viewport."""
+
+    bl_idname = "SPECTRAL_PROBE_FH_capture"
+    bl_label = "Spectral Probe capture"
+    bl_import_operator = "spectral_probe.import_capture"
+    bl_file_extensions = ".toml"
+
+    @classmethod
+    def poll_drop(cls, context: bpy.types.Context) -> bool:
+        """Only where the panels are."""
+        return context.area is not None and context.area.type == "VIEW_3D"
+
+
+def describe(capture: Capture) -> str:
+    """The number of views and photographs, in words."""
+    views, photos = len(capture.views), sum(len(view.photos) for view in capture.views)
+    return f"{views} view{'s' * (views != 1)}, {photos} photograph{'s' * (photos != 1)}"

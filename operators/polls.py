@@ -1,0 +1,58 @@
+"""Why a button is grey: conditions that several operators share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+type OperatorClass = type[bpy.types.Operator]
+
+
+def has_views(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """The scene has at least one view."""
+    if context.scene.spectral_probe.views:
+        return True
+    operator.poll_message_set("Import a capture or add a view first")
+    return False
+
+
+def has_probe(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """A probe was built, or its folder chosen."""
+    return _has_file(
+        operator, context.scene.spectral_probe.probe_directory, "probe.exr", "Build the probe first"
+    )
+
+
+def has_render(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """The scene was rendered spectrally, and in RGB."""
+    directory = context.scene.spectral_probe.render_directory
+    return _has_file(operator, directory, "xyz.exr", "Render the scene spectrally first") and _has_file(
+        operator,
+        directory,
+        "rgb.exr",
+        "Render again with Also RGB on; there is no RGB render to compare with",
+    )
+
+
+def in_object_mode(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """Objects can be added."""
+    if context.mode == "OBJECT":
+        return True
+    operator.poll_message_set("Switch to object mode first")
+    return False
+
+
+def uses_cycles(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """The scene is rendered by Cycles."""
+    if context.scene.render.engine == "CYCLES":
+        return True
+    operator.poll_message_set("Set the render engine to Cycles; EEVEE only approximates metals")
+    return False
+
+
+def _has_file(operator: OperatorClass, directory: str, name: str, message: str) -> bool:
+    if directory and (Path(bpy.path.abspath(directory)) / name).is_file():
+        return True
+    operator.poll_message_set(message)
+    return False

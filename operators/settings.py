@@ -1,0 +1,205 @@
+"""Between the settings of a scene and the `Capture` that the core works with."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import bpy
+
+from ..spectral_probe.errors import CaptureError
+from ..spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
+
+_FRACTION = re.compile(r"\s*([A-Z][a-z]?)\s*[\s=:]\s*([0-9]*\.?[0-9]+)\s*")
+
+
+def path_of(text: str) -> Path | None:
+    """Absolute path of a path property, or None where it is empty."""
+    return Path(bpy.path.abspath(text)) if text else None
+
+
+def folder_of(text: str, name: str) -> Path:
+    """Absolute path of a folder that something is written to.
+
+    Raises
+    ------
+    CaptureError
+        If it is relative to a .blend that was never saved, or empty.
+    """
+    if not text or (text.startswith("//") and not bpy.data.filepath):
+        raise CaptureError(f"Save the .blend first, or choose a {name} folder that is not relative to it.")
+    return Path(bpy.path.abspath(text))
+
+
+def capture_from(settings: bpy.types.PropertyGroup) -> Capture:
+    """The capture that the settings of a scene describe.
+
+    Raises
+    ------
+    CaptureError
+        If there is no view, or a view is incomplete.
+    """
+    if not settings.views:
+        raise CaptureError("There is no view. Import a capture file or add the photographs of a view.")
+    scale = settings.id_data.unit_settings.scale_length
+    return Capture(
+        views=tuple(_view_from(view, number) for number, view in enumerate(settings.views, 1)),
+        camera=_camera_from(settings.camera),
+        ball=BallSettings(_decimal(settings.ball_radius * scale), material_from(settings.ball_material)),
+        families=("automatic",) if settings.families_automatic else _families_in_order(settings),
+        method=settings.method,
+    )
+
+
+def fill(settings: bpy.types.PropertyGroup, capture: Capture, path: Path) -> None:
+    """Put a capture into the settings of a scene; what an earlier capture gave is cleared."""
+    settings.capture_path = str(path)
+    _fill_camera(settings.camera, capture.camera)
+    settings.ball_radius = capture.ball.radius_m / settings.id_data.unit_settings.scale_length
+    settings.ball_material = material_text(capture.ball.material)
+    settings.families_automatic = "automatic" in capture.families
+    settings.families = set(capture.families) - {"automatic"}
+    settings.method = capture.method
+    settings.views.clear()
+    settings.active_view = 0
+    settings.property_unset("probe")
+    if not bpy.data.filepath:  # nothing to be relative to yet: beside the capture, then
+        settings.probe_directory = str(path.parent / "probe")
+        settings.render_directory = str(path.parent / "render")
+    for view in capture.views:
+        _fill_view(settings.views.add(), view)
+
+
+def add_photos(view: bpy.types.PropertyGroup, paths: list[Path]) -> None:
+    """Append photographs to a view, which is named after the first."""
+    for path in paths:
+        view.photos.add().path = str(path)
+    if not view.name and paths:
+        view.name = paths[0].stem
+
+
+def material_from(text: str) -> str | Mapping[str, float]:
+    """A ball material: "Fe 0.74, Cr 0.18, Ni 0.08" as fractions of metals, anything else as a name."""
+    parts = [_FRACTION.fullmatch(part) for part in text.split(",")]
+    if all(parts):
+        return {part[1]: float(part[2]) for part in parts if part}
+    return text.strip()
+
+
+def material_text(material: str | Mapping[str, float]) -> str:
+    """The inverse of `material_from`."""
+    if isinstance(material, str):
+        return material
+    return ", ".join(f"{metal} {fraction:g}" for metal, fraction in material.items())
+
+
+def _families_in_order(settings: bpy.types.PropertyGroup) -> tuple[str, ...]:
+    known = settings.bl_rna.properties["families"].enum_items.keys()
+    families = tuple(family for family in known if family in settings.families)
+    if not families:
+        raise CaptureError("No lamp family is chosen. Choose those that may be present, or Automatic.")
+    return families
+
+
+def _view_from(view: bpy.types.PropertyGroup, number: int) -> ViewSettings:
+    photos = tuple(path for photo in view.photos if (path := path_of(photo.path)) is not None)
+    if not photos or len(photos) < len(view.photos):
+        raise CaptureError(f'View {number} ("{view.name}") lacks a photograph. Add it, or remove the view.')
+    return ViewSettings(
+        photos=photos,
+        azimuth_deg=_degrees(view.azimuth),
+        elevation_deg=_degrees(view.elevation),
+        roll_deg=_degrees(view.roll),
+        refine=view.refine,
+        exposures_s=_all_or_none([photo.exposure_s for photo in view.photos], "exposure time", number),
+        iso=_all_or_none([photo.iso for photo in view.photos], "ISO speed", number),
+        f_number=_all_or_none([photo.f_number for photo in view.photos], "f-number", number),
+        outline=_given_outline(view, number),
+    )
+
+
+def _all_or_none(values: list[float], what: str, number: int) -> tuple[float, ...] | None:
+    if not any(values):
+        return None
+    if not all(values):
+        raise CaptureError(
+            f"View {number} gives the {what} of some photographs. Give it for all, or for none (EXIF)."
+        )
+    return tuple(_decimal(value) for value in values)
+
+
+def _given_outline(view: bpy.types.PropertyGroup, number: int) -> tuple[float, float, float] | None:
+    if view.outline_source == "AUTOMATIC":
+        return None
+    x_px, y_px, radius_px = (_decimal(value) for value in view.outline_px)
+    if radius_px <= 0:
+        raise CaptureError(
+            f"The circle of view {number} has no radius. Give it, or set the outline to Automatic."
+        )
+    return (x_px, y_px, radius_px)
+
+
+def _camera_from(camera: bpy.types.PropertyGroup) -> CameraSettings:
+    source = camera.focal_source
+    if source == "PX" and not all(camera.focal_px):
+        raise CaptureError("The focal length in pixels is 0. Give it, or take it from the photographs.")
+    return CameraSettings(
+        model=camera.model or None,
+        sensitivities=path_of(camera.sensitivities),
+        focal_px=_pair(camera.focal_px) if source == "PX" else None,
+        focal_mm=_decimal(camera.focal_mm) if source == "MM" else None,
+        sensor_width_mm=_decimal(camera.sensor_width_mm) or None if source in {"EXIF", "MM"} else None,
+        calibration=path_of(camera.calibration) if source == "CALIBRATION" else None,
+        principal_px=_pair(camera.principal_px) if camera.has_principal else None,
+        distortion=tuple(
+            _decimal(value) for value in camera.distortion[: 8 if any(camera.distortion[5:]) else 5]
+        ),
+    )
+
+
+def _fill_camera(camera: bpy.types.PropertyGroup, given: CameraSettings) -> None:
+    camera.model = given.model or ""
+    camera.sensitivities = str(given.sensitivities or "")
+    camera.calibration = str(given.calibration or "")
+    camera.focal_px = given.focal_px or (0.0, 0.0)
+    camera.sensor_width_mm = given.sensor_width_mm or 0.0
+    if given.focal_mm:
+        camera.focal_mm = given.focal_mm
+    if given.calibration:
+        camera.focal_source = "CALIBRATION"
+    elif given.focal_px:
+        camera.focal_source = "PX"
+    else:
+        camera.focal_source = "MM" if given.focal_mm else "EXIF"
+    camera.has_principal = given.principal_px is not None
+    camera.principal_px = given.principal_px or (0.0, 0.0)
+    camera.distortion = (*given.distortion, *(0.0,) * 8)[:8]
+
+
+def _fill_view(view: bpy.types.PropertyGroup, given: ViewSettings) -> None:
+    add_photos(view, list(given.photos))
+    for name, values in (("exposure_s", given.exposures_s), ("iso", given.iso), ("f_number", given.f_number)):
+        for photo, value in zip(view.photos, values or (), strict=False):
+            setattr(photo, name, value)
+    view.azimuth = math.radians(given.azimuth_deg)
+    view.elevation = math.radians(given.elevation_deg)
+    view.roll = math.radians(given.roll_deg)
+    view.refine = given.refine
+    if given.outline is not None:
+        view.outline_source = "GIVEN"
+        view.outline_px = given.outline
+
+
+def _pair(values: bpy.types.bpy_prop_array) -> tuple[float, float]:
+    return (_decimal(values[0]), _decimal(values[1]))
+
+
+def _decimal(value: float) -> float:
+    """The decimal number a person typed: Blender keeps 32 bits, which hold about seven digits."""
+    return float(f"{value:.7g}")
+
+
+def _degrees(angle_rad: float) -> float:
+    return round(math.degrees(angle_rad), 4)

@@ -1,0 +1,27 @@
+"""Panels in the order of the pipeline. They draw, they never compute."""
+
+import bpy
+
+from .capture import SPECTRAL_PROBE_PT_ball, SPECTRAL_PROBE_PT_camera, SPECTRAL_PROBE_PT_capture
+from .lists import SPECTRAL_PROBE_UL_photos, SPECTRAL_PROBE_UL_views
+from .main import SPECTRAL_PROBE_PT_main
+from .material import SPECTRAL_PROBE_PT_material
+from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
+from .render import SPECTRAL_PROBE_PT_compare, SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_PROBE_UL_views,
+        SPECTRAL_PROBE_UL_photos,
+        SPECTRAL_PROBE_PT_main,
+        SPECTRAL_PROBE_PT_capture,
+        SPECTRAL_PROBE_PT_camera,
+        SPECTRAL_PROBE_PT_ball,
+        SPECTRAL_PROBE_PT_probe,
+        SPECTRAL_PROBE_PT_world,
+        SPECTRAL_PROBE_PT_objects,
+        SPECTRAL_PROBE_PT_render,
+        SPECTRAL_PROBE_PT_compare,
+        SPECTRAL_PROBE_PT_material,
+    )
+)

@@ -1,0 +1,121 @@
+"""Stages 1 and 2: what was photographed, with what, and the ball in it."""
+
+import math
+from pathlib import PurePath
+from typing import ClassVar
+
+import bpy
+
+from .main import InSidebar, results, row, settings_layout
+
+
+class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
+    """The capture file, the views and their photographs."""
+
+    bl_label = "Capture"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the views."""
+        layout, settings = self.layout, context.scene.spectral_probe
+        files = layout.row(align=True)
+        files.operator("spectral_probe.import_capture", icon="IMPORT", text="Import...")
+        files.operator("spectral_probe.save_capture", icon="EXPORT", text="Save...")
+        if settings.capture_path:
+            name = layout.row()
+            name.active = False
+            name.label(text=PurePath(settings.capture_path).name, icon="FILE_TEXT")
+
+        list_row = layout.row()
+        rows = max(2, min(4, len(settings.views)))
+        list_row.template_list(
+            "SPECTRAL_PROBE_UL_views", "", settings, "views", settings, "active_view", rows=rows
+        )
+        buttons = list_row.column(align=True)
+        buttons.operator("spectral_probe.add_view", icon="ADD", text="")
+        buttons.operator("spectral_probe.remove_view", icon="REMOVE", text="")
+        if settings.active_view < len(settings.views):
+            _draw_view(layout, settings.views[settings.active_view])
+
+
+def _draw_view(layout: bpy.types.UILayout, view: bpy.types.AnyType) -> None:
+    angles = settings_layout(layout)
+    angles.prop(view, "azimuth")
+    angles.prop(view, "elevation")
+    angles.prop(view, "roll")
+    angles.prop(view, "refine")
+    rows = max(2, min(4, len(view.photos)))
+    layout.template_list("SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows)
+    if view.active_photo < len(view.photos):
+        photo = view.photos[view.active_photo]
+        column = settings_layout(layout)
+        column.prop(photo, "path", text="File")
+        column.prop(photo, "exposure_s")
+        column.prop(photo, "iso")
+        column.prop(photo, "f_number")
+
+
+class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
+    """How the camera sees colours, and its lens."""
+
+    bl_label = "Camera"
+    bl_parent_id = "SPECTRAL_PROBE_PT_capture"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw sensitivities and lens."""
+        camera = context.scene.spectral_probe.camera
+        column = settings_layout(self.layout)
+        model = column.column()
+        model.active = not camera.sensitivities
+        model.prop(camera, "model", placeholder="Rec.709")
+        column.prop(camera, "sensitivities")
+        column.separator()
+        column.prop(camera, "focal_source")
+        if camera.focal_source == "PX":
+            column.prop(camera, "focal_px", text="Pixels")
+        if camera.focal_source == "MM":
+            column.prop(camera, "focal_mm", text="Millimetres")
+        if camera.focal_source in {"EXIF", "MM"}:
+            column.prop(camera, "sensor_width_mm")
+        if camera.focal_source == "CALIBRATION":
+            column.prop(camera, "calibration", text="File")
+            return
+        principal = column.row(heading="Principal Point")
+        principal.prop(camera, "has_principal", text="")
+        values = principal.row(align=True)
+        values.active = camera.has_principal
+        values.prop(camera, "principal_px", text="")
+        column.prop(camera, "distortion")
+
+
+class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
+    """The mirrored ball and its outline in the photographs."""
+
+    bl_label = "Ball"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the ball's settings and the outline found in the active view."""
+        layout, settings = self.layout, context.scene.spectral_probe
+        column = settings_layout(layout)
+        column.prop(settings, "ball_radius")
+        column.prop(settings, "ball_material")
+        if settings.active_view >= len(settings.views):
+            layout.operator("spectral_probe.detect_ball", icon="VIEWZOOM")
+            return
+        view = settings.views[settings.active_view]
+        column.prop(view, "outline_source", expand=True)
+        if view.outline_source == "GIVEN":
+            column.prop(view, "outline_px")
+        detect = layout.row(align=True)
+        detect.operator("spectral_probe.detect_ball", icon="VIEWZOOM")
+        detect.prop(settings, "all_views", toggle=True)
+        if view.has_outline:
+            _draw_outline(results(layout), view)
+
+
+def _draw_outline(column: bpy.types.UILayout, view: bpy.types.AnyType) -> None:
+    column.label(text=view.name, icon="CHECKMARK")
+    row(column, "Centre", "{:.1f}, {:.1f} px".format(*view.found_centre_px))
+    row(column, "Semi-axes", "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
+    row(column, "Angle", f"{math.degrees(view.found_angle):.1f}°")
+    row(column, "RMS", f"{view.found_rms_px:.3f} px")

@@ -1,0 +1,66 @@
+"""The sidebar tab that holds a child panel for each stage."""
+
+import bpy
+
+
+class InSidebar:
+    """Mixin: a child panel of the Spectral Probe tab in the 3D viewport's sidebar."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Spectral Probe"
+    bl_parent_id = "SPECTRAL_PROBE_PT_main"
+
+
+class SPECTRAL_PROBE_PT_main(bpy.types.Panel):
+    """The parent of the stages; shows the job that runs."""
+
+    bl_label = "Spectral Probe"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Spectral Probe"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the progress of the job that runs, if one does."""
+        job = context.window_manager.spectral_probe
+        if job.operator:
+            self.layout.progress(factor=job.fraction, text=job.message or "Starting")
+            self.layout.label(text="ESC stops it")
+
+
+def results(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+    """A box for what was found, name by name; nothing in it can be edited."""
+    column = layout.box().column(align=True)
+    column.scale_y = 0.8
+    return column
+
+
+def row(column: bpy.types.UILayout, name: str, value: str) -> None:
+    """One result: its name on the left, the value on the right."""
+    split = column.split(factor=0.5)
+    names = split.row()
+    names.active = False
+    names.label(text=name)
+    split.label(text=value)
+
+
+def settings_layout(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+    """A column of settings, names on the left, nothing to be keyed."""
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    return column
+
+
+def duration(seconds: float) -> str:
+    """Seconds in words.
+
+    Examples
+    --------
+    >>> duration(8.25), duration(75.0)
+    ('8.3 s', '1 min 15 s')
+    """
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s"

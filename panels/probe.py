@@ -1,0 +1,54 @@
+"""Stages 3 and 4: the spectral probe, and the world it lights."""
+
+import math
+
+import bpy
+
+from .main import InSidebar, duration, results, row, settings_layout
+
+
+class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
+    """How the spectra are recovered, and what came out."""
+
+    bl_label = "Probe"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the settings, the button and the results."""
+        layout, settings = self.layout, context.scene.spectral_probe
+        column = settings_layout(layout)
+        column.prop(settings, "families_automatic", text="Any Lamps")
+        families = column.column(heading="Lamps", align=True)
+        families.enabled = not settings.families_automatic
+        families.prop(settings, "families", expand=True)
+        column.prop(settings, "method")
+        column.prop(settings, "probe_width")
+        column.prop(settings, "probe_directory")
+        layout.operator("spectral_probe.build_probe", icon="LIGHTPROBE_SPHERE")
+        if settings.probe.width_px:
+            _draw_probe(results(layout), settings)
+
+
+def _draw_probe(column: bpy.types.UILayout, settings: bpy.types.AnyType) -> None:
+    probe = settings.probe
+    row(column, "Panorama", f"{probe.width_px} x {probe.height_px} px")
+    row(column, "Blind", f"{probe.blind_fraction:.2%}")
+    row(column, "Time", duration(probe.seconds))
+    for view in settings.views:
+        if view.has_probe:
+            column.separator()
+            column.label(text=view.name, icon="CAMERA_DATA")
+            row(column, "Azimuth", f"{math.degrees(view.probe_azimuth):.2f}°")
+            row(column, "Outline RMS", f"{view.probe_rms_px:.3f} px")
+            row(column, "Clipped", f"{view.clipped_fraction:.2%}")
+
+
+class SPECTRAL_PROBE_PT_world(InSidebar, bpy.types.Panel):
+    """Lighting the scene."""
+
+    bl_label = "World"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the button and the scene's world."""
+        layout, scene = self.layout, context.scene
+        layout.operator("spectral_probe.light_world", icon="WORLD")
+        layout.template_ID(scene, "world")

@@ -1,0 +1,82 @@
+"""Stages 5 to 7: objects of measured metal, the spectral render, and its comparison with RGB."""
+
+import bpy
+
+from .main import InSidebar, duration, results, row, settings_layout
+
+
+class SPECTRAL_PROBE_PT_objects(InSidebar, bpy.types.Panel):
+    """The objects of the paper."""
+
+    bl_label = "Objects"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw a button for each object, and the active object's material."""
+        column = self.layout.column(align=True)
+        for kind, text, icon in (
+            ("GOLD_PEDESTAL", "Gold Pedestal", "MESH_CYLINDER"),
+            ("SILVER_BALL", "Silver Ball", "MESH_UVSPHERE"),
+            ("COPPER_BALL", "Copper Ball", "MESH_UVSPHERE"),
+        ):
+            column.operator("spectral_probe.add_object", text=text, icon=icon).kind = kind
+        material = context.object.active_material if context.object else None
+        if material is not None:
+            column = settings_layout(self.layout)
+            column.label(text=material.name, icon="MATERIAL")
+            draw_spectrum(column, material)
+
+
+def draw_spectrum(column: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """The spectral settings of a material."""
+    settings = material.spectral_probe
+    column.prop(settings, "kind")
+    if settings.kind == "METAL":
+        column.prop(settings, "metal")
+    if settings.kind == "REFLECTANCE":
+        column.prop(settings, "reflectance_path", text="File")
+
+
+class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
+    """The spectral render."""
+
+    bl_label = "Render"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the settings, the button and what the last render took."""
+        layout, settings = self.layout, context.scene.spectral_probe
+        column = settings_layout(layout)
+        column.prop(settings, "plan")
+        if settings.plan == "FAST":
+            column.prop(settings, "passes")
+        column.prop(settings, "samples")
+        column.prop(settings, "rgb_twin")
+        column.prop(settings, "render_directory")
+        if context.scene.render.engine != "CYCLES":
+            layout.prop(context.scene.render, "engine")
+        layout.operator("spectral_probe.render_spectral", icon="RENDER_STILL")
+        if settings.render.passes:
+            _draw_render(results(layout), settings.render)
+
+
+def _draw_render(column: bpy.types.UILayout, render: bpy.types.AnyType) -> None:
+    row(column, "Passes", f"{render.passes} at {render.samples} samples")
+    row(column, "Spectral", duration(render.seconds))
+    if render.has_rgb:
+        row(column, "RGB", duration(render.rgb_seconds))
+
+
+class SPECTRAL_PROBE_PT_compare(InSidebar, bpy.types.Panel):
+    """How far RGB is from spectral."""
+
+    bl_label = "Compare"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the button and the numbers."""
+        layout, comparison = self.layout, context.scene.spectral_probe.comparison
+        layout.operator("spectral_probe.compare", icon="IMAGE_DATA")
+        if comparison.directory:
+            column = results(layout)
+            row(column, "Mean ΔE 2000", f"{comparison.mean_de2000:.2f}")
+            row(column, "95 % below", f"{comparison.p95_de2000:.2f}")
+            row(column, "Largest", f"{comparison.max_de2000:.2f}")
+            row(column, "xy shift", "{:+.4f}, {:+.4f}".format(*comparison.xy_shift))

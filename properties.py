@@ -1,0 +1,401 @@
+"""Settings and results, saved in the .blend: `Scene.spectral_probe` and `Material.spectral_probe`.
+
+Angles are radians and lengths scene units inside, as everywhere in Blender; `operators/settings.py`
+converts them from and to the capture file. Paths may be relative to the .blend ("//").
+"""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+# Mirrors the lamp families of spectral_probe/spectra/library.py, which is too heavy to import when Blender
+# starts; a test compares the two.
+FAMILIES = (
+    ("incandescent", "Incandescent", "Filament and halogen lamps: smooth spectra, red-heavy"),
+    ("daylight", "Daylight", "Sun and sky, through windows or outdoors"),
+    ("fluorescent-halophosphate", "Fluorescent, Halophosphate", "Older tubes: broad bands and mercury lines"),
+    ("fluorescent-broadband", "Fluorescent, Broadband", "High colour rendering tubes"),
+    ("fluorescent-triband", "Fluorescent, Triband", "Modern tubes and compact lamps: three narrow bands"),
+    ("led-phosphor", "LED, Phosphor", "White LEDs: a blue peak and a broad yellow band"),
+    ("led-rgb", "LED, RGB", "White mixed from red, green and blue LEDs"),
+    ("discharge", "Discharge", "Sodium, mercury and metal halide lamps"),
+)
+
+
+def _camera_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
+    from .spectral_probe.spectra.camera import camera_names
+
+    return [name for name in camera_names() if typed.lower() in name.lower()]
+
+
+def _ball_materials(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
+    from .spectral_probe.spectra.metals import BALL_MATERIALS
+
+    return [name for name in BALL_MATERIALS if typed.lower() in name.lower()]
+
+
+def _metal_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
+    from .spectral_probe.spectra.metals import METAL_NAMES
+
+    return [name for name in METAL_NAMES if typed.lower() in name.lower()]
+
+
+def _file(name: str, description: str) -> object:
+    """Return a file path that may be relative to the .blend."""
+    return StringProperty(
+        name=name, description=description, subtype="FILE_PATH", options={"PATH_SUPPORTS_BLEND_RELATIVE"}
+    )
+
+
+def _folder(name: str, description: str, default: str = "") -> object:
+    """Return a folder that may be relative to the .blend."""
+    return StringProperty(
+        name=name,
+        description=description,
+        default=default,
+        subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )
+
+
+class SPECTRAL_PROBE_PG_photo(bpy.types.PropertyGroup):
+    """One photograph of a bracket."""
+
+    path: _file("Photograph", "Camera raw (DNG, ARW, NEF, ...), 16-bit TIFF or PNG, EXR, HDR, or JPEG")
+    exposure_s: FloatProperty(
+        name="Exposure",
+        description="Exposure time. 0: read it from the photograph's EXIF",
+        min=0.0,
+        unit="TIME_ABSOLUTE",
+        precision=5,
+    )
+    iso: FloatProperty(
+        name="ISO", description="ISO speed. 0: read it from the photograph's EXIF", min=0.0, precision=0
+    )
+    f_number: FloatProperty(
+        name="F-Number", description="Aperture. 0: read it from the photograph's EXIF", min=0.0, precision=1
+    )
+
+
+class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
+    """One viewpoint: where the camera stood, the bracket it took, and what was found in it."""
+
+    photos: CollectionProperty(type=SPECTRAL_PROBE_PG_photo, name="Photographs")
+    active_photo: IntProperty(name="Active Photograph", min=0)
+    azimuth: FloatProperty(
+        name="Azimuth",
+        description="Compass bearing of the view: 0 along +Y, clockwise seen from above, 90 along +X",
+        subtype="ANGLE",
+    )
+    elevation: FloatProperty(
+        name="Elevation", description="Above 0 the camera was above the ball, looking down", subtype="ANGLE"
+    )
+    roll: FloatProperty(
+        name="Roll",
+        description="How far the camera was turned clockwise about its viewing direction",
+        subtype="ANGLE",
+    )
+    refine: BoolProperty(
+        name="Refine",
+        description="Correct the angles so that what this view and the others saw falls on each other",
+        default=True,
+    )
+    outline_source: EnumProperty(
+        name="Outline",
+        description="Where the ball's outline in the photographs comes from",
+        items=(
+            ("AUTOMATIC", "Automatic", "Find the ball in the photographs"),
+            ("GIVEN", "Given", "Use the circle below, in pixels of the first photograph"),
+        ),
+    )
+    outline_px: FloatVectorProperty(
+        name="Circle",
+        description="Centre x, centre y (down from the top left corner) and radius of the ball, in pixels",
+        size=3,
+        min=0.0,
+        precision=1,
+    )
+    has_outline: BoolProperty(name="Outline Found", description="The ball was found in this view")
+    found_centre_px: FloatVectorProperty(
+        name="Centre", description="Centre of the outline found, in pixels", size=2, precision=2
+    )
+    found_semi_axes_px: FloatVectorProperty(
+        name="Semi-Axes", description="Semi-axes of the ellipse found, in pixels", size=2, precision=2
+    )
+    found_angle: FloatProperty(name="Angle", description="Direction of the major axis", subtype="ANGLE")
+    found_rms_px: FloatProperty(
+        name="RMS", description="How far the edge points lie from the ellipse, in pixels", precision=3
+    )
+    has_probe: BoolProperty(name="In Probe", description="This view is part of the probe last built")
+    probe_azimuth: FloatProperty(
+        name="Refined Azimuth", description="Azimuth the probe was built with", subtype="ANGLE"
+    )
+    probe_rms_px: FloatProperty(name="Outline RMS", description="RMS of the outline, in pixels", precision=3)
+    clipped_fraction: FloatProperty(
+        name="Clipped",
+        description="Share of the ball overexposed in every photograph; add shorter exposures if it is large",
+        subtype="FACTOR",
+        min=0.0,
+        max=1.0,
+    )
+
+
+class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
+    """The camera: how it sees colours, and its lens."""
+
+    model: StringProperty(
+        name="Camera",
+        description="Camera whose spectral sensitivities are used. Empty: Rec.709, for JPEG, HDR and EXR",
+        search=_camera_names,
+        search_options={"SUGGESTION"},
+    )
+    sensitivities: _file(
+        "Sensitivities",
+        "Spectral sensitivities in place of a camera's name: CSV (wavelength_nm,r,g,b) or AMPAS JSON",
+    )
+    focal_source: EnumProperty(
+        name="Focal Length",
+        description="Where the focal length comes from",
+        items=(
+            ("EXIF", "From Photographs", "From the EXIF data of the photographs"),
+            ("MM", "Millimetres", "Focal length and width of the sensor"),
+            ("PX", "Pixels", "Focal length in pixels"),
+            ("CALIBRATION", "Calibration", "From a calibration file"),
+        ),
+    )
+    focal_px: FloatVectorProperty(
+        name="Focal Length", description="Focal lengths in x and y, in pixels", size=2, min=0.0, precision=1
+    )
+    focal_mm: FloatProperty(
+        name="Focal Length", description="Focal length of the lens", default=50.0, min=0.1, unit="CAMERA"
+    )
+    sensor_width_mm: FloatProperty(
+        name="Sensor Width",
+        description="Width of the camera's sensor. 0: not known",
+        min=0.0,
+        unit="CAMERA",
+    )
+    calibration: _file(
+        "Calibration", "Camera calibration (JSON) with focal length, principal point and distortion"
+    )
+    has_principal: BoolProperty(
+        name="Principal Point",
+        description="Give the principal point; without it the centre of the image is taken",
+    )
+    principal_px: FloatVectorProperty(
+        name="Principal Point",
+        description="Where the optical axis meets the image, in pixels",
+        size=2,
+        min=0.0,
+        precision=1,
+    )
+    distortion: FloatVectorProperty(
+        name="Distortion",
+        description="Lens distortion in OpenCV's order: k1, k2, p1, p2, k3",
+        size=5,
+        precision=5,
+    )
+
+
+class SPECTRAL_PROBE_PG_probe(bpy.types.PropertyGroup):
+    """What building the probe gave."""
+
+    directory: _folder("Built In", "Folder with the files of the probe")
+    width_px: IntProperty(name="Width", description="Width of the panorama", subtype="PIXEL")
+    height_px: IntProperty(name="Height", description="Height of the panorama", subtype="PIXEL")
+    blind_fraction: FloatProperty(
+        name="Blind",
+        description="Share of all directions that no view saw",
+        subtype="FACTOR",
+        min=0.0,
+        max=1.0,
+    )
+    seconds: FloatProperty(name="Time", description="How long building took", unit="TIME_ABSOLUTE")
+
+
+class SPECTRAL_PROBE_PG_render(bpy.types.PropertyGroup):
+    """What the spectral render gave."""
+
+    directory: _folder("Rendered To", "Folder with the files of the render")
+    passes: IntProperty(name="Passes", description="Cycles passes rendered")
+    samples: IntProperty(name="Samples", description="Samples of a full pass")
+    seconds: FloatProperty(
+        name="Spectral", description="How long the spectral render took", unit="TIME_ABSOLUTE"
+    )
+    rgb_seconds: FloatProperty(name="RGB", description="How long the RGB render took", unit="TIME_ABSOLUTE")
+    has_rgb: BoolProperty(name="RGB Twin", description="The same scene was rendered in plain RGB too")
+
+
+class SPECTRAL_PROBE_PG_comparison(bpy.types.PropertyGroup):
+    """How far the RGB render is from the spectral one."""
+
+    directory: _folder("Compared In", "Folder with the comparison")
+    mean_de2000: FloatProperty(name="Mean ΔE", description="Mean colour difference CIEDE2000", precision=2)
+    p95_de2000: FloatProperty(name="95 %", description="95 % of the pixels differ by less", precision=2)
+    max_de2000: FloatProperty(
+        name="Largest ΔE", description="Largest colour difference CIEDE2000", precision=2
+    )
+
+
+class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
+    """Everything a scene knows about its probe, in the order of the pipeline."""
+
+    capture_path: _file("Capture", "Capture file (TOML) that these settings were read from or saved to")
+    camera: PointerProperty(type=SPECTRAL_PROBE_PG_camera)
+    ball_radius: FloatProperty(
+        name="Radius", description="Radius of the ball", default=0.05, min=1e-4, unit="LENGTH", precision=4
+    )
+    ball_material: StringProperty(
+        name="Material",
+        description="What the ball is made of: SUS304, chrome, silver, ideal, or fractions of metals such as "
+        "Fe 0.74, Cr 0.18, Ni 0.08",
+        default="SUS304",
+        search=_ball_materials,
+        search_options={"SUGGESTION"},
+    )
+    families: EnumProperty(
+        name="Lamps",
+        description="Lamp families that may be present. Name only those: the fewer, the surer the spectra",
+        items=FAMILIES,
+        options={"ENUM_FLAG"},
+        default={"incandescent", "daylight"},
+    )
+    families_automatic: BoolProperty(
+        name="Automatic", description="Any lamp family may be present; let the photographs decide"
+    )
+    method: EnumProperty(
+        name="Method",
+        description="How spectra are recovered from the camera's three channels",
+        items=(
+            (
+                "family",
+                "Lamp Family",
+                "Best basis for the lamps that may be present and for their light off surfaces",
+            ),
+            (
+                "paper",
+                "Paper",
+                "Three principal components of the lamps, inverted directly (Tominaga and Tanaka)",
+            ),
+        ),
+    )
+    views: CollectionProperty(type=SPECTRAL_PROBE_PG_view, name="Views")
+    active_view: IntProperty(name="Active View", min=0)
+    all_views: BoolProperty(
+        name="All Views",
+        description="Look for the ball in every view, not only in the active one",
+        default=True,
+    )
+
+    probe_width: IntProperty(
+        name="Width",
+        description="Width of the panorama; its height is half of it",
+        default=1024,
+        min=64,
+        soft_max=4096,
+        max=16384,
+        step=64,
+        subtype="PIXEL",
+    )
+    probe_directory: _folder("Folder", "Where the files of the probe are written", "//spectral_probe/probe/")
+    probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+
+    plan: EnumProperty(
+        name="Passes",
+        description="How the spectrum is sampled by Cycles passes",
+        items=(
+            ("FAST", "Light Basis", "Few passes, chosen for the light and the materials of this scene"),
+            ("REFERENCE", "Reference", "All 61 wavelengths from 400 to 700 nm, three a pass: 21 passes"),
+        ),
+    )
+    passes: IntProperty(
+        name="Wavelengths",
+        description="Number of light-basis passes, one wavelength each",
+        default=5,
+        min=2,
+        max=21,
+    )
+    samples: IntProperty(name="Samples", description="Samples per pixel of a full pass", default=128, min=1)
+    rgb_twin: BoolProperty(
+        name="Also RGB",
+        description="Render the same scene in plain RGB too, for the comparison",
+        default=True,
+    )
+    render_directory: _folder("Folder", "Where the render is written", "//spectral_probe/render/")
+    render: PointerProperty(type=SPECTRAL_PROBE_PG_render)
+    comparison: PointerProperty(type=SPECTRAL_PROBE_PG_comparison)
+
+
+class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
+    """What a material is in spectral passes."""
+
+    kind: EnumProperty(
+        name="Spectrum",
+        description="How this material behaves at every wavelength",
+        items=(
+            ("RGB", "From Colours", "Spectra are made from the colours of the material's nodes"),
+            ("METAL", "Metal", "Measured complex refractive index of a metal"),
+            ("REFLECTANCE", "Reflectance", "Measured diffuse reflectance from a file"),
+        ),
+    )
+    metal: StringProperty(
+        name="Metal",
+        description="Metal (Au, Ag, Cu, Al, ...) or a page of refractiveindex.info as shelf/book/page",
+        default="Au",
+        search=_metal_names,
+        search_options={"SUGGESTION"},
+    )
+    reflectance_path: _file(
+        "Reflectance", "CSV with the columns wavelength_nm,reflectance, covering 400-700 nm"
+    )
+
+
+class SPECTRAL_PROBE_PG_progress(bpy.types.PropertyGroup):
+    """The job that runs in the window now; not saved."""
+
+    operator: StringProperty(name="Job", description="Operator whose job runs; empty when none does")
+    fraction: FloatProperty(name="Progress", subtype="FACTOR", min=0.0, max=1.0)
+    message: StringProperty(name="Step", description="What the job is doing")
+
+
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_PROBE_PG_photo,
+        SPECTRAL_PROBE_PG_view,
+        SPECTRAL_PROBE_PG_camera,
+        SPECTRAL_PROBE_PG_probe,
+        SPECTRAL_PROBE_PG_render,
+        SPECTRAL_PROBE_PG_comparison,
+        SPECTRAL_PROBE_PG_scene,
+        SPECTRAL_PROBE_PG_material,
+        SPECTRAL_PROBE_PG_progress,
+    )
+)
+
+
+def register() -> None:
+    """Attach the settings to scenes and materials."""
+    _register_classes()
+    bpy.types.Scene.spectral_probe = PointerProperty(type=SPECTRAL_PROBE_PG_scene, name="Spectral Probe")
+    bpy.types.Material.spectral_probe = PointerProperty(
+        type=SPECTRAL_PROBE_PG_material, name="Spectral Probe"
+    )
+    bpy.types.WindowManager.spectral_probe = PointerProperty(
+        type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
+    )
+
+
+def unregister() -> None:
+    """Detach them."""
+    del bpy.types.WindowManager.spectral_probe
+    del bpy.types.Material.spectral_probe
+    del bpy.types.Scene.spectral_probe
+    _unregister_classes()
