@@ -1,16 +1,22 @@
 """What every test may use."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 
-def skip_unless_required(variable: str, reason: str) -> None:
+@pytest.fixture(scope="session")
+def skip_unless_required() -> Callable[[str, str], None]:
     """Skip for want of something that a developer's machine need not have; where it must be there, fail."""
-    if os.environ.get(variable) == "1":
-        pytest.fail(f"{reason}, and {variable}=1 asks for it")
-    pytest.skip(reason)
+
+    def skip_or_fail(variable: str, reason: str) -> None:
+        if os.environ.get(variable) == "1":
+            pytest.fail(f"{reason} ({variable}=1 forbids to skip this)")
+        pytest.skip(reason)
+
+    return skip_or_fail
 
 
 @pytest.fixture(scope="session")
@@ -19,7 +25,7 @@ def project_root() -> Path:
 
 
 @pytest.fixture(scope="session")
-def shared_dir(project_root: Path) -> Path:
+def shared_dir(project_root: Path, skip_unless_required: Callable[[str, str], None]) -> Path:
     """Reference data that is too large, or not licensed, for the repository."""
     folder = project_root.parent / "shared"
     if not (folder / "references").is_dir():
