@@ -48,6 +48,27 @@ def finish[Result](job: Job[Result]) -> Result:
             return stop.value  # type: ignore[no-any-return]  # StopIteration carries its value untyped
 
 
+def part[Result](job: Job[Result], start: float, end: float) -> Job[Result]:
+    """A job as a part of a longer one: its progress runs from `start` to `end` of the whole.
+
+    Examples
+    --------
+    >>> def job():
+    ...     yield Progress(0.5, "half way")
+    >>> next(part(job(), 0.2, 0.4)).fraction
+    0.30000000000000004
+    """
+    try:
+        while True:
+            try:
+                progress = next(job)
+            except StopIteration as stop:
+                return stop.value  # type: ignore[no-any-return]  # StopIteration carries its value untyped
+            yield Progress(start + (end - start) * progress.fraction, progress.message)
+    finally:
+        job.close()
+
+
 # ---------------------------------------------------------------- the capture, as the user describes it
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -182,10 +182,8 @@ class _Reader:
 
         def per_photo(key: str) -> tuple[float, ...] | None:
             value = table.get(key)
-            each: Callable[[Table], tuple[float, ...] | None] = lambda source: self.numbers(  # noqa: E731
-                source, key, where, {len(photos)}, positive=True
-            )
-            return each({key: [value] * len(photos)}) if _is_number(value) else each(table)
+            source = {key: [value] * len(photos)} if _is_number(value) else table  # one number stands for every photo
+            return self.numbers(source, key, where, {len(photos)}, positive=True)
 
         return ViewSettings(
             photos=tuple(self.existing(photo, where) for photo in photos),

@@ -62,9 +62,8 @@ def view_panorama(
     """
     height = width // 2
     samples = _samples_per_texel(camera, ball, width)
-    channels = np.concatenate(
-        [image.radiance, image.variance, image.valid[..., None]], axis=-1, dtype=np.float32
-    )
+    variance = np.where(np.isfinite(image.variance), image.variance, 0.0)  # infinite where clipped, which `valid` tells
+    channels = np.concatenate([image.radiance, variance, image.valid[..., None]], axis=-1, dtype=np.float32)
     result = np.zeros((height, width, 7), np.float32)
     cosine = np.zeros((height, width), np.float32)
     facing = np.zeros((height, width), np.float32)

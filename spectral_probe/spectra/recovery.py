@@ -147,6 +147,17 @@ class SpectralRecovery:
         return np.asarray(np.einsum("...k,kj,...j->...", weights, precision.astype(np.float32), weights))
 
 
+def error_of_confidence(confidence: float) -> float:
+    """The expected relative error that a confidence stands for: the inverse of `SpectralRecovery.confidence`.
+
+    Examples
+    --------
+    >>> error_of_confidence(0.5)
+    0.5
+    """
+    return float(_FLAT_CONFIDENCE_AT * np.sqrt(1.0 / max(confidence, 1e-6) - 1.0))
+
+
 def spectral_recovery(
     sensitivities: FloatArray,
     ball_material: str | Mapping[str, float],

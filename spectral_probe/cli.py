@@ -1,0 +1,279 @@
+"""The command line: `spectral-probe VERB ...`.
+
+The verbs that need Blender (`render`, `demo`) are given by the extension's side (`operators/command_line.py`), so that
+the core stays free of it; started without them, this module loads the extension from the folder above and starts anew there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from .errors import SpectralProbeError
+from .model import Job, Progress
+
+type Numbers = dict[str, Any]
+type Verb = Callable[[argparse.Namespace], Job[Numbers]]
+
+BAD_INPUT = 2
+STOPPED = 130
+_BAR_WIDTH = 28
+_BLENDER_VERBS = ("demo", "render")
+
+
+def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | None = None) -> int:
+    """Run one verb.
+
+    Parameters
+    ----------
+    argv
+        The words after the program's name; None for those of this process.
+    blender_verbs
+        Jobs of the verbs that need Blender, by name.
+
+    Returns
+    -------
+    int
+        0 on success, 2 after one clear line on bad input, 130 when interrupted.
+    """
+    words = _joined_bearings(sys.argv[1:] if argv is None else argv)
+    arguments = _parser().parse_args(words)
+    if arguments.verb in _BLENDER_VERBS and blender_verbs is None:
+        return _run_in_extension(words)
+    verbs: dict[str, Verb] = {"probe": _probe, "spectrum": _spectrum, "compare": _compare, **(blender_verbs or {})}
+    try:
+        numbers = _with_progress(verbs[arguments.verb](arguments))
+    except SpectralProbeError as error:
+        sys.stderr.write(f"{error}\n")
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        sys.stderr.write("Stopped. Files already written are whole; start again to go on.\n")
+        return STOPPED
+    sys.stdout.write(json.dumps(numbers) + "\n" if arguments.json else _told(numbers))
+    return 0
+
+
+def _run_in_extension(words: Sequence[str]) -> int:
+    """Load the extension from its folder, under a name of its own, and run the verb there with Blender."""
+    root = Path(__file__).resolve().parents[1]
+    name = "spectral_probe_extension"
+    spec = importlib.util.spec_from_file_location(name, root / "__init__.py", submodule_search_locations=[str(root)])
+    if spec is None or spec.loader is None:
+        sys.stderr.write(f"The extension is not in {root}. Run this from a whole copy of the project.\n")
+        return BAD_INPUT
+    extension = importlib.util.module_from_spec(spec)
+    sys.modules[name] = extension
+    spec.loader.exec_module(extension)
+    extension.register()
+    try:
+        command_line = importlib.import_module(f"{name}.operators.command_line")
+        return int(command_line.run(list(words)))
+    finally:
+        extension.unregister()
+
+
+# ---------------------------------------------------------------- the words
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose complaints are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_INPUT, f"{message[:1].upper()}{message[1:]}. See {self.prog} --help.\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="spectral-probe",
+        description="Spectral light from photographs of a mirrored ball, and spectral rendering in Cycles.",
+    )
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+
+    def verb(name: str, text: str, example: str) -> argparse.ArgumentParser:
+        added = verbs.add_parser(
+            name,
+            help=text,
+            description=text,
+            epilog=f"Example: spectral-probe {example}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        added.add_argument("--json", action="store_true", help="print the numbers as JSON")
+        return added
+
+    demo = verb("demo", "Run the main job on the bundled sample.", "demo -o out")
+    _folder(demo, default="out")
+
+    probe = verb("probe", "Photographs of a mirrored ball to a spectral panorama.", "probe CAPTURE.toml -o out")
+    probe.add_argument("capture", type=Path, metavar="CAPTURE.toml", help="the capture file")
+    _folder(probe)
+    probe.add_argument("--width", type=int, default=2048, help="width of the panorama in pixels (default 2048)")
+
+    spectrum = verb(
+        "spectrum",
+        "The spectrum of the light from one direction: CSV and plot.",
+        "spectrum out/probe.exr --at 30,45 --measured lamp.csv",
+    )
+    spectrum.add_argument("probe", type=Path, metavar="PROBE.exr", help="a recovered probe")
+    spectrum.add_argument(
+        "--at", type=_bearing, required=True, metavar="AZIMUTH,ELEVATION", help="compass bearing and elevation in degrees"
+    )
+    spectrum.add_argument("--measured", type=Path, metavar="FILE", help="a measured spectrum (CSV: nm, value)")
+    spectrum.add_argument("--radius", type=_positive, default=0.5, help="degrees to average over (default 0.5)")
+    _folder(spectrum, required=False, text="folder to write to (default: the probe's)")
+
+    render = verb(
+        "render", "Render a scene spectrally with a probe's light.", "render SCENE.blend --probe out/probe.exr -o render"
+    )
+    render.add_argument("scene", type=Path, metavar="SCENE.blend", help="the scene")
+    render.add_argument("--probe", type=Path, required=True, metavar="PROBE.exr", help="the light")
+    _folder(render)
+    render.add_argument("--passes", type=_passes, default=None, metavar="N|all", help="spectral passes, or all 61 wavelengths")
+    render.add_argument("--samples", type=_count, default=None, help="samples a pixel (default: the scene's)")
+    render.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
+    render.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
+
+    compare = verb(
+        "compare", "Compare a spectral with an RGB render.", "compare render/xyz.exr render/rgb.exr -o comparison"
+    )
+    compare.add_argument("spectral", type=Path, metavar="SPECTRAL.exr", help="xyz.exr or image.exr of a spectral render")
+    compare.add_argument("rgb", type=Path, metavar="RGB.exr", help="rgb.exr of the same scene")
+    _folder(compare)
+    compare.add_argument("--blur", type=_not_negative, default=0.0, help="Gaussian blur in pixels against noise (default 0)")
+    return parser
+
+
+def _folder(
+    parser: argparse.ArgumentParser, *, default: str | None = None, required: bool = True, text: str = "folder to write to"
+) -> None:
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help=text, default=default and Path(default), required=required and not default
+    )
+
+
+def _bearing(text: str) -> tuple[float, float]:
+    try:
+        azimuth, elevation = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'"{text}" is no bearing such as 30,45') from None
+    if not -90 <= elevation <= 90:
+        raise argparse.ArgumentTypeError(f"the elevation {elevation:g} is not between -90 and 90 degrees")
+    return azimuth % 360.0, elevation
+
+
+def _passes(text: str) -> int | str:
+    return text if text == "all" else _count(text)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f'"{text}" is no whole number above 0')
+    return int(text)
+
+
+def _positive(text: str) -> float:
+    value = _not_negative(text)
+    if value == 0:
+        raise argparse.ArgumentTypeError("the number must be above 0")
+    return value
+
+
+def _not_negative(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'"{text}" is no number') from None
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f'"{text}" is not a number from 0 up')
+    return value
+
+
+def _joined_bearings(words: Sequence[str]) -> list[str]:
+    """Join `--at -30,10` to `--at=-30,10`: argparse would take the value for an option.
+
+    Examples
+    --------
+    >>> _joined_bearings(["spectrum", "--at", "-30,10"])
+    ['spectrum', '--at=-30,10']
+    """
+    joined: list[str] = []
+    for word in words:
+        if joined and joined[-1] == "--at" and re.match(r"-[\d.]", word):
+            joined[-1] = f"--at={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+# ---------------------------------------------------------------- the verbs without Blender
+
+
+def _probe(arguments: argparse.Namespace) -> Job[Numbers]:
+    from . import commands
+
+    return commands.probe(arguments.capture, arguments.output, arguments.width)
+
+
+def _spectrum(arguments: argparse.Namespace) -> Job[Numbers]:
+    from . import commands
+
+    return commands.spectrum(arguments.probe, arguments.at, arguments.measured, arguments.output, arguments.radius)
+
+
+def _compare(arguments: argparse.Namespace) -> Job[Numbers]:
+    from . import commands
+
+    return commands.compare(arguments.spectral, arguments.rgb, arguments.output, arguments.blur)
+
+
+# ---------------------------------------------------------------- what the person sees
+
+
+def _with_progress[Result](job: Job[Result]) -> Result:
+    """Drive a job, with a bar on a terminal and a line a step elsewhere, both on standard error."""
+    terminal = sys.stderr.isatty()
+    try:
+        while True:
+            try:
+                progress = next(job)
+            except StopIteration as stop:
+                return stop.value  # type: ignore[no-any-return]  # StopIteration carries its value untyped
+            sys.stderr.write(_bar(progress) if terminal else f"{progress.fraction:4.0%} {progress.message}\n")
+            sys.stderr.flush()
+    finally:
+        job.close()
+        if terminal:
+            sys.stderr.write("\r\x1b[K")
+
+
+def _bar(progress: Progress) -> str:
+    done = round(progress.fraction * _BAR_WIDTH)
+    return f"\r\x1b[K[{'#' * done}{'.' * (_BAR_WIDTH - done)}] {progress.fraction:4.0%} {progress.message}"
+
+
+def _told(numbers: Numbers, indent: str = "") -> str:
+    """Numbers as lines of text; tables within them are indented, lists of tables numbered."""
+    lines = ""
+    for key, value in numbers.items():
+        name = key.replace("_", " ")
+        if isinstance(value, dict):
+            lines += f"{indent}{name}:\n{_told(value, indent + '  ')}"
+        elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+            for number, item in enumerate(value, start=1):
+                lines += f"{indent}{name} {number}:\n{_told(item, indent + '  ')}"
+        else:
+            lines += f"{indent}{name}: {_plain(value)}\n"
+    return lines
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.5g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(_plain(item) for item in value)
+    return "-" if value is None else str(value)
