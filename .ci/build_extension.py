@@ -5,8 +5,8 @@
     python3 run.py build --all                       for every platform of the manifest
     python3 run.py build --all --update-manifest     after a change of the lock: list its wheels
 
-The wheels are fetched into wheels/ at the versions, and checked against the hashes, of requirements.lock.
-What Blender has itself (numpy, and bpy of course) is left out. Blender's own builder makes and checks the zips.
+The wheels are fetched into dist/wheels/ at the versions, and checked against the hashes, of the lock.
+What Blender has itself (numpy, and bpy of course) is left out. Blender's own tool makes and checks the zips.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ from packaging.utils import canonicalize_name
 ROOT = Path(__file__).resolve().parents[1]
 MANIFEST = ROOT / "blender_manifest.toml"
 LOCK = ROOT / "requirements.lock"
-WHEELS = ROOT / "wheels"
+# Not in ROOT/wheels: Blender would unpack them, for 9 s, when a linked checkout is enabled.
+WHEELS = ROOT / "dist" / "wheels"
 
 BLENDERS_OWN = ("bpy", "numpy")  # and with bpy what it needs; Blender brings them
 PYTHONS = ("3.13", "3.14")
@@ -283,7 +284,7 @@ def main(words: list[str]) -> int:
     """Build what is asked for."""
     options = parse(words)
     lock = LOCK.read_text("utf-8")
-    WHEELS.mkdir(exist_ok=True)
+    WHEELS.mkdir(parents=True, exist_ok=True)
     try:
         if options.update_manifest:
             update_manifest(lock)
