@@ -32,7 +32,7 @@ BIN = VENV / ("Scripts" if WINDOWS else "bin")
 EXE = ".exe" if WINDOWS else ""
 PYTHON = BIN / f"python{EXE}"
 
-UV_VERSIONS = ((0, 8), (1, 0))  # the uv_build of pyproject.toml; uv builds with its own copy of it, offline
+OLDEST_UV = (0, 5)
 
 # Where distributions keep the libraries that bpy takes from the system: Debian and Ubuntu, Fedora, Arch.
 PACKAGES = {
@@ -116,13 +116,13 @@ def find_python() -> list[str] | None:
 
 
 def uv_is_usable(uv: Path) -> bool:
-    """Whether this uv runs and is new enough (and not too new) for what is asked of it here."""
+    """Whether this uv runs and is new enough for what is asked of it here."""
     try:
         answer = subprocess.run([str(uv), "--version"], capture_output=True, text=True, timeout=60)
     except (OSError, subprocess.TimeoutExpired):
         return False
     version = re.match(r"uv (\d+)\.(\d+)", answer.stdout)
-    return version is not None and UV_VERSIONS[0] <= (int(version[1]), int(version[2])) < UV_VERSIONS[1]
+    return version is not None and (int(version[1]), int(version[2])) >= OLDEST_UV
 
 
 def locked(name: str) -> str:
@@ -152,7 +152,7 @@ def find_uv(python: list[str] | None) -> Path:
         if uv_is_usable(uv):
             return uv
     raise SetUpError(
-        "uv was installed but does not run here. Install uv 0.8 or later so that `uv --version` answers."
+        "uv was installed but does not run here. Install uv 0.5 or later so that `uv --version` answers."
     )
 
 
@@ -205,7 +205,7 @@ def set_up() -> None:
     again = ["--reinstall"] if cut_short else []  # a package may lie there half written
     STAMP.write_text(UNFINISHED, "utf-8")
     call([uv, "pip", "sync", "--require-hashes", *again, *install, LOCK])
-    call([uv, "pip", "install", "--quiet", "--no-deps", "--offline", *install, "--editable", ROOT])
+    call([uv, "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", *install, "--editable", ROOT])
     say("Trying Blender's module")
     try_bpy()
     STAMP.write_text(fingerprint(), "utf-8")
