@@ -46,7 +46,12 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
     arguments = _parser().parse_args(words)
     if arguments.verb in _BLENDER_VERBS and blender_verbs is None:
         return _run_in_extension(words)
-    verbs: dict[str, Verb] = {"probe": _probe, "spectrum": _spectrum, "compare": _compare, **(blender_verbs or {})}
+    verbs: dict[str, Verb] = {
+        "probe": _probe,
+        "spectrum": _spectrum,
+        "compare": _compare,
+        **(blender_verbs or {}),
+    }
     try:
         numbers = _with_progress(verbs[arguments.verb](arguments))
     except SpectralProbeError as error:
@@ -63,7 +68,9 @@ def _run_in_extension(words: Sequence[str]) -> int:
     """Load the extension from its folder, under a name of its own, and run the verb there with Blender."""
     root = Path(__file__).resolve().parents[1]
     name = "spectral_probe_extension"
-    spec = importlib.util.spec_from_file_location(name, root / "__init__.py", submodule_search_locations=[str(root)])
+    spec = importlib.util.spec_from_file_location(
+        name, root / "__init__.py", submodule_search_locations=[str(root)]
+    )
     if spec is None or spec.loader is None:
         sys.stderr.write(f"The extension is not in {root}. Run this from a whole copy of the project.\n")
         return BAD_INPUT
@@ -109,10 +116,14 @@ def _parser() -> argparse.ArgumentParser:
     demo = verb("demo", "Run the main job on the bundled sample.", "demo -o out")
     _folder(demo, default="out")
 
-    probe = verb("probe", "Photographs of a mirrored ball to a spectral panorama.", "probe CAPTURE.toml -o out")
+    probe = verb(
+        "probe", "Photographs of a mirrored ball to a spectral panorama.", "probe CAPTURE.toml -o out"
+    )
     probe.add_argument("capture", type=Path, metavar="CAPTURE.toml", help="the capture file")
     _folder(probe)
-    probe.add_argument("--width", type=int, default=2048, help="width of the panorama in pixels (default 2048)")
+    probe.add_argument(
+        "--width", type=int, default=2048, help="width of the panorama in pixels (default 2048)"
+    )
 
     spectrum = verb(
         "spectrum",
@@ -121,38 +132,66 @@ def _parser() -> argparse.ArgumentParser:
     )
     spectrum.add_argument("probe", type=Path, metavar="PROBE.exr", help="a recovered probe")
     spectrum.add_argument(
-        "--at", type=_bearing, required=True, metavar="AZIMUTH,ELEVATION", help="compass bearing and elevation in degrees"
+        "--at",
+        type=_bearing,
+        required=True,
+        metavar="AZIMUTH,ELEVATION",
+        help="compass bearing and elevation in degrees",
     )
-    spectrum.add_argument("--measured", type=Path, metavar="FILE", help="a measured spectrum (CSV: nm, value)")
-    spectrum.add_argument("--radius", type=_positive, default=0.5, help="degrees to average over (default 0.5)")
+    spectrum.add_argument(
+        "--measured", type=Path, metavar="FILE", help="a measured spectrum (CSV: nm, value)"
+    )
+    spectrum.add_argument(
+        "--radius", type=_positive, default=0.5, help="degrees to average over (default 0.5)"
+    )
     _folder(spectrum, required=False, text="folder to write to (default: the probe's)")
 
     render = verb(
-        "render", "Render a scene spectrally with a probe's light.", "render SCENE.blend --probe out/probe.exr -o render"
+        "render",
+        "Render a scene spectrally with a probe's light.",
+        "render SCENE.blend --probe out/probe.exr -o render",
     )
     render.add_argument("scene", type=Path, metavar="SCENE.blend", help="the scene")
     render.add_argument("--probe", type=Path, required=True, metavar="PROBE.exr", help="the light")
     _folder(render)
-    render.add_argument("--passes", type=_passes, default=None, metavar="N|all", help="spectral passes, or all 61 wavelengths")
+    render.add_argument(
+        "--passes", type=_passes, default=None, metavar="N|all", help="spectral passes, or all 61 wavelengths"
+    )
     render.add_argument("--samples", type=_count, default=None, help="samples a pixel (default: the scene's)")
     render.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
     render.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
 
     compare = verb(
-        "compare", "Compare a spectral with an RGB render.", "compare render/xyz.exr render/rgb.exr -o comparison"
+        "compare",
+        "Compare a spectral with an RGB render.",
+        "compare render/xyz.exr render/rgb.exr -o comparison",
     )
-    compare.add_argument("spectral", type=Path, metavar="SPECTRAL.exr", help="xyz.exr or image.exr of a spectral render")
+    compare.add_argument(
+        "spectral", type=Path, metavar="SPECTRAL.exr", help="xyz.exr or image.exr of a spectral render"
+    )
     compare.add_argument("rgb", type=Path, metavar="RGB.exr", help="rgb.exr of the same scene")
     _folder(compare)
-    compare.add_argument("--blur", type=_not_negative, default=0.0, help="Gaussian blur in pixels against noise (default 0)")
+    compare.add_argument(
+        "--blur", type=_not_negative, default=0.0, help="Gaussian blur in pixels against noise (default 0)"
+    )
     return parser
 
 
 def _folder(
-    parser: argparse.ArgumentParser, *, default: str | None = None, required: bool = True, text: str = "folder to write to"
+    parser: argparse.ArgumentParser,
+    *,
+    default: str | None = None,
+    required: bool = True,
+    text: str = "folder to write to",
 ) -> None:
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help=text, default=default and Path(default), required=required and not default
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help=text,
+        default=default and Path(default),
+        required=required and not default,
     )
 
 
@@ -222,7 +261,9 @@ def _probe(arguments: argparse.Namespace) -> Job[Numbers]:
 def _spectrum(arguments: argparse.Namespace) -> Job[Numbers]:
     from . import commands
 
-    return commands.spectrum(arguments.probe, arguments.at, arguments.measured, arguments.output, arguments.radius)
+    return commands.spectrum(
+        arguments.probe, arguments.at, arguments.measured, arguments.output, arguments.radius
+    )
 
 
 def _compare(arguments: argparse.Namespace) -> Job[Numbers]:

@@ -53,7 +53,9 @@ def check_folder(directory: Path) -> None:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
-        raise FileFormatError(f"The folder {directory} cannot be made ({problem.strerror}). Choose another.") from None
+        raise FileFormatError(
+            f"The folder {directory} cannot be made ({problem.strerror}). Choose another."
+        ) from None
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,9 @@ class DirectionSpectrum:
     confidence: float
 
 
-def spectrum_at(panorama: SpectralPanorama, azimuth_deg: float, elevation_deg: float, radius_deg: float) -> DirectionSpectrum:
+def spectrum_at(
+    panorama: SpectralPanorama, azimuth_deg: float, elevation_deg: float, radius_deg: float
+) -> DirectionSpectrum:
     """Mean spectrum of a panorama within a small angle of a bearing.
 
     Parameters
@@ -102,7 +106,11 @@ def spectrum_at(panorama: SpectralPanorama, azimuth_deg: float, elevation_deg: f
 
 
 def spectrum(
-    probe_path: Path, at: tuple[float, float], measured_path: Path | None, directory: Path | None, radius_deg: float
+    probe_path: Path,
+    at: tuple[float, float],
+    measured_path: Path | None,
+    directory: Path | None,
+    radius_deg: float,
 ) -> Job[Numbers]:
     """One direction's spectrum as CSV, PNG and SVG; against a measured one with GFC and relative RMSE."""
     measured = None if measured_path is None else read_spectrum_csv(measured_path)[0]
@@ -148,7 +156,11 @@ def _write_spectrum_csv(
     path: Path, found: DirectionSpectrum, measured: FloatArray | None, estimated: FloatArray
 ) -> None:
     """Columns wavelength_nm, radiance, standard_error and, scaled to the estimate's energy, measured."""
-    columns = {"wavelength_nm": found.wavelengths_nm, "radiance": found.spectrum, "standard_error": found.error}
+    columns = {
+        "wavelength_nm": found.wavelengths_nm,
+        "radiance": found.spectrum,
+        "standard_error": found.error,
+    }
     if measured is not None:
         columns["measured"] = scaled_to_energy(measured, estimated)
     text = io.StringIO()
@@ -179,7 +191,8 @@ def compare(spectral_path: Path, rgb_path: Path, directory: Path, blur_px: float
 
 def _draw_comparison(directory: Path, comparison: Comparison, spectral: FloatArray, rgb: FloatArray) -> None:
     from .figures.chromaticity import chromaticity_figure, shifts_of
-    from .figures.sheet import SheetContent, comparison_sheet, delta_e_figure
+    from .figures.difference import delta_e_figure
+    from .figures.sheet import SheetContent, comparison_sheet
     from .figures.style import save_figure
 
     figures = {

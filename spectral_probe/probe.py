@@ -116,7 +116,9 @@ def build_probe(capture: Capture, width: int = DEFAULT_WIDTH) -> Job[Probe]:
         If anything about the capture cannot be used; the message says what to do.
     """
     if width % 2 or not _WIDTHS[0] <= width <= _WIDTHS[1]:
-        raise CaptureError(f"A panorama's width must be an even number from {_WIDTHS[0]} to {_WIDTHS[1]}, not {width}.")
+        raise CaptureError(
+            f"A panorama's width must be an even number from {_WIDTHS[0]} to {_WIDTHS[1]}, not {width}."
+        )
     if not capture.views:
         raise CaptureError("The capture has no view. Add a view with its photos.")
     watch = _Stopwatch()
@@ -156,10 +158,14 @@ def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
         outlines = [detect_outline(photographs)]
     camera = camera_for(capture.camera, photographs[0])
     image = merge(align(photographs, outlines), exposures)
-    return MeasuredView(settings, image, camera, outlines[0], fit_ball(camera, outlines[0], capture.ball.radius_m))
+    return MeasuredView(
+        settings, image, camera, outlines[0], fit_ball(camera, outlines[0], capture.ball.radius_m)
+    )
 
 
-def compose(views: Sequence[ViewPanorama], recovery: SpectralRecovery, provenance: Mapping[str, str]) -> SpectralPanorama:
+def compose(
+    views: Sequence[ViewPanorama], recovery: SpectralRecovery, provenance: Mapping[str, str]
+) -> SpectralPanorama:
     """Recover every view's weights (eq. 10) and put the views together into one panorama."""
     shares = view_weights(views)
     height, width = shares.shape[1:]
@@ -201,7 +207,11 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
     write_layers(directory / "layers.exr", layers)
     yield Progress(0.2, "Writing world.exr")
     world = np.maximum(xyz_to_rec709(panorama_xyz(probe.panorama)), 0.0)
-    write_rgb(directory / "world.exr", world, header={"comment": "Scene-linear Rec.709, D65 white; Blender's equirectangular"})
+    write_rgb(
+        directory / "world.exr",
+        world,
+        header={"comment": "Scene-linear Rec.709, D65 white; Blender's equirectangular"},
+    )
     yield Progress(0.3, "Writing preview.png")
     write_png(directory / "preview.png", panorama_preview(probe.panorama))
     yield Progress(0.4, "Writing spectral.exr")
@@ -214,11 +224,17 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
 
 
 def _provenance(capture: Capture) -> dict[str, str]:
-    camera = capture.camera.sensitivities.name if capture.camera.sensitivities else capture.camera.model or "Rec.709"
+    camera = (
+        capture.camera.sensitivities.name
+        if capture.camera.sensitivities
+        else capture.camera.model or "Rec.709"
+    )
     material = capture.ball.material
     return {
         "camera": camera,
-        "ball": material if isinstance(material, str) else ", ".join(f"{metal} {share:g}" for metal, share in material.items()),
+        "ball": material
+        if isinstance(material, str)
+        else ", ".join(f"{metal} {share:g}" for metal, share in material.items()),
         "families": ", ".join(capture.families),
         "method": capture.method,
         "views": str(len(capture.views)),
@@ -252,7 +268,9 @@ def _report(
         ],
         "blind_fraction": float(solid_angles[~panorama.valid].sum() / (4 * np.pi)),
         "negative_fraction": spectra_minimum,
-        "median_confidence": float(np.median(panorama.confidence[panorama.valid])) if panorama.valid.any() else 0.0,
+        "median_confidence": float(np.median(panorama.confidence[panorama.valid]))
+        if panorama.valid.any()
+        else 0.0,
         "width": width,
         "families": list(capture.families),
         "method": capture.method,
@@ -263,5 +281,5 @@ def _report(
 def _negative_fraction(panorama: SpectralPanorama) -> float:
     """Share of spectral samples below zero (only the paper's method leaves any)."""
     basis = panorama.bases[0].astype(np.float32)
-    count = sum(int(((panorama.weights @ column) < 0).sum()) for column in basis.T)
+    count: int = sum(int(((panorama.weights @ column) < 0).sum()) for column in basis.T)
     return count / (panorama.valid.size * basis.shape[-1])

@@ -123,7 +123,11 @@ class _Reader:
         value = table.get(key)
         if value is None:
             return None
-        if not isinstance(value, list) or len(value) not in lengths or not all(_is_number(item) for item in value):
+        if (
+            not isinstance(value, list)
+            or len(value) not in lengths
+            or not all(_is_number(item) for item in value)
+        ):
             raise self.fail(where, key, f"a list of {' or '.join(map(str, sorted(lengths)))} numbers")
         if positive and any(item <= 0 for item in value):
             raise self.fail(where, key, "a list of positive numbers")
@@ -152,17 +156,27 @@ class _Reader:
         material = table.get("material", default.material)
         if isinstance(material, Mapping):
             if not material or not all(_is_number(value) and value > 0 for value in material.values()):
-                raise self.fail(where, "material", "a name, or positive fractions of metals such as { Fe = 0.74, Cr = 0.26 }")
+                raise self.fail(
+                    where,
+                    "material",
+                    "a name, or positive fractions of metals such as { Fe = 0.74, Cr = 0.26 }",
+                )
             material = {str(metal): float(value) for metal, value in material.items()}
         elif not isinstance(material, str):
-            raise self.fail(where, "material", "a name, or fractions of metals such as { Fe = 0.74, Cr = 0.26 }")
-        return BallSettings(self.number(table, "radius_m", where, positive=True) or default.radius_m, material)
+            raise self.fail(
+                where, "material", "a name, or fractions of metals such as { Fe = 0.74, Cr = 0.26 }"
+            )
+        return BallSettings(
+            self.number(table, "radius_m", where, positive=True) or default.radius_m, material
+        )
 
     def families(self, table: Table) -> tuple[str, ...]:
         value = table.get("families", ["incandescent", "daylight"])
         value = [value] if isinstance(value, str) else value
         if not isinstance(value, list) or not value or not all(isinstance(item, str) for item in value):
-            raise self.fail("[light]", "families", 'a list of lamp families such as ["incandescent", "daylight"]')
+            raise self.fail(
+                "[light]", "families", 'a list of lamp families such as ["incandescent", "daylight"]'
+            )
         return tuple(value)
 
     def view(self, table: Any, number: int) -> ViewSettings:
@@ -182,7 +196,9 @@ class _Reader:
 
         def per_photo(key: str) -> tuple[float, ...] | None:
             value = table.get(key)
-            source = {key: [value] * len(photos)} if _is_number(value) else table  # one number stands for every photo
+            source = (
+                {key: [value] * len(photos)} if _is_number(value) else table
+            )  # one number stands for every photo
             return self.numbers(source, key, where, {len(photos)}, positive=True)
 
         return ViewSettings(

@@ -28,7 +28,11 @@ def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str,
     header
         Text attributes.
     """
-    attributes: Header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(header or {})}
+    attributes: Header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        **(header or {}),
+    }
     pixels = {name: np.ascontiguousarray(channel) for name, channel in channels.items()}
     with written_whole(path) as temporary:
         OpenEXR.File(attributes, pixels).write(str(temporary))
@@ -45,17 +49,24 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"There is no file {path}. Check the path.")
-    if path.open("rb").read(4) != b"v/1\x01":
+    with path.open("rb") as start:
+        magic = start.read(4)
+    if magic != b"v/1\x01":
         raise FileFormatError(f"{path.name} is not an OpenEXR image.")
     try:
         file = OpenEXR.File(str(path), separate_channels=True)
     except RuntimeError as problem:
-        raise FileFormatError(f"{path.name} cannot be read as OpenEXR ({problem}). It may be cut short.") from None
+        raise FileFormatError(
+            f"{path.name} cannot be read as OpenEXR ({problem}). It may be cut short."
+        ) from None
     return {name: channel.pixels for name, channel in file.channels().items()}, dict(file.header())
 
 
 def write_rgb(
-    path: Path, image: FloatArray, channel_names: Sequence[str] = ("R", "G", "B"), header: Mapping[str, str] | None = None
+    path: Path,
+    image: FloatArray,
+    channel_names: Sequence[str] = ("R", "G", "B"),
+    header: Mapping[str, str] | None = None,
 ) -> None:
     """Write an image (H, W, 3) as 32-bit float channels of the given names."""
     write_channels(

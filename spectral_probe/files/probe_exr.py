@@ -53,7 +53,9 @@ def read_probe(path: Path) -> SpectralPanorama:
         confidence = np.asarray(channels["confidence"], np.float32)
         provenance = {str(key): str(value) for key, value in data.get("provenance", {}).items()}
     except (KeyError, ValueError, IndexError, TypeError):
-        raise FileFormatError(f"{Path(path).name} is a damaged probe. Build it again from its capture.") from None
+        raise FileFormatError(
+            f"{Path(path).name} is a damaged probe. Build it again from its capture."
+        ) from None
     if bases.ndim != 3 or bases.shape[-1] != len(wavelengths) or index.max(initial=0) >= len(bases):
         raise FileFormatError(f"{Path(path).name} is a damaged probe. Build it again from its capture.")
     return SpectralPanorama(weights, bases, index, wavelengths, valid, confidence, provenance)
@@ -82,7 +84,10 @@ def read_layers(path: Path) -> LightLayers:
     data = _header(header, _LAYERS_HEADER, path)
     weights: FloatArray = np.stack([np.asarray(channels[name], np.float32) for name in "RGB"], axis=-1)
     return LightLayers(
-        weights, np.asarray(data["spectra"], float), np.asarray(data["wavelengths_nm"], float), float(data["residual"])
+        weights,
+        np.asarray(data["spectra"], float),
+        np.asarray(data["wavelengths_nm"], float),
+        float(data["residual"]),
     )
 
 
@@ -91,5 +96,7 @@ def _header(header: dict[str, Any], key: str, path: Path) -> dict[str, Any]:
         data = json.loads(header[key])
     except (KeyError, ValueError, TypeError):
         kind = "probe.exr" if key == _PROBE_HEADER else "layers.exr"
-        raise FileFormatError(f"{Path(path).name} was not written as a {kind} by this program. Choose that file.") from None
+        raise FileFormatError(
+            f"{Path(path).name} was not written as a {kind} by this program. Choose that file."
+        ) from None
     return dict(data)

@@ -42,7 +42,9 @@ def write_spectral_panorama(path: Path, panorama: SpectralPanorama) -> None:
     _write(path, planes, panorama.valid)
 
 
-def write_spectral(path: Path, spectra: FloatArray, wavelengths_nm: FloatArray, valid: BoolArray | None = None) -> None:
+def write_spectral(
+    path: Path, spectra: FloatArray, wavelengths_nm: FloatArray, valid: BoolArray | None = None
+) -> None:
     """Write a spectral image (H, W, L)."""
     planes = {channel_name(float(nm)): spectra[..., index] for index, nm in enumerate(wavelengths_nm)}
     _write(path, planes, valid)
@@ -74,10 +76,14 @@ def read_spectral(path: Path) -> tuple[FloatArray, FloatArray]:
     """
     channels, _ = read_channels(path)
     found = {
-        float(match.group(1).replace(",", ".")): name for name in channels if (match := _CHANNEL.fullmatch(name))
+        float(match.group(1).replace(",", ".")): name
+        for name in channels
+        if (match := _CHANNEL.fullmatch(name))
     }
     if not found:
-        raise FileFormatError(f"{Path(path).name} is no spectral image: it has no channels such as S0.550,000000nm.")
+        raise FileFormatError(
+            f"{Path(path).name} is no spectral image: it has no channels such as S0.550,000000nm."
+        )
     wavelengths = np.array(sorted(found))
     spectra = np.stack([np.asarray(channels[found[nm]], np.float32) for nm in wavelengths], axis=-1)
     return spectra, wavelengths

@@ -123,7 +123,8 @@ def find_reflection(ball: BallFit, directions: FloatArray) -> tuple[FloatArray, 
     """Where on the ball light from given directions is mirrored to the camera: the inverse of `reflect`.
 
     Everything happens in the plane of the light and the ball's axis: a normal at the angle beta from the axis
-    (towards the camera) mirrors light from the angle alpha = beta + theta_i, which grows with beta. The relation is tabulated once
+    (towards the camera) mirrors light from the angle alpha = beta + theta_i, which grows with beta. The
+    relation is tabulated once
     and read backwards.
 
     Parameters

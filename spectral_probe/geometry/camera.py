@@ -16,6 +16,7 @@ from ..errors import CaptureError
 from ..model import Camera, CameraSettings, FloatArray, Photograph
 
 _FULL_FRAME_DIAGONAL_MM = 43.2666
+_UNDISTORTION_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-12)
 
 
 def camera_for(settings: CameraSettings, photograph: Photograph) -> Camera:
@@ -48,7 +49,10 @@ def _focal_length_px(settings: CameraSettings, photograph: Photograph) -> tuple[
     focal_mm = settings.focal_mm or photograph.focal_mm
     if focal_mm and settings.sensor_width_mm:
         focal = focal_mm / settings.sensor_width_mm * max(width, height)
-        return (focal, focal), "capture file" if settings.focal_mm else "EXIF and the capture file's sensor width"
+        return (
+            focal,
+            focal,
+        ), "capture file" if settings.focal_mm else "EXIF and the capture file's sensor width"
     if photograph.focal_35mm:
         focal = photograph.focal_35mm / _FULL_FRAME_DIAGONAL_MM * float(np.hypot(width, height))
         return (focal, focal), "EXIF (35 mm equivalent, uncropped photograph assumed)"
@@ -72,7 +76,9 @@ def _calibrated(path: Path, size_px: tuple[int, int]) -> Camera:
     except FileNotFoundError:
         raise CaptureError(f"There is no camera calibration at {path}. Check the path.") from None
     except (OSError, json.JSONDecodeError, KeyError, TypeError, ValueError, IndexError):
-        raise CaptureError(f"{path.name} is not a camera calibration. Make one from photographs of a chessboard.") from None
+        raise CaptureError(
+            f"{path.name} is not a camera calibration. Make one from photographs of a chessboard."
+        ) from None
     if camera.size_px != size_px:
         raise CaptureError(
             f"{path.name} was made at {camera.size_px[0]} x {camera.size_px[1]} pixels, but the photographs have "
@@ -99,13 +105,8 @@ def pixel_rays(camera: Camera, points_px: FloatArray) -> FloatArray:
     points = np.asarray(points_px, float)
     flat = points.reshape(-1, 1, 2)
     if any(camera.distortion):
-        plane = cv2.undistortPointsIter(
-            flat,
-            intrinsic_matrix(camera),
-            np.array(camera.distortion),
-            None,
-            None,
-            (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-10),
+        plane = cv2.undistortPoints(
+            flat, intrinsic_matrix(camera), np.array(camera.distortion), criteria=_UNDISTORTION_CRITERIA
         )
     else:
         plane = (flat - np.array(camera.principal_px)) / np.array(camera.focal_px)
@@ -126,4 +127,6 @@ def project(camera: Camera, points: FloatArray) -> FloatArray:
         image, _ = cv2.projectPoints(flat, zero, zero, intrinsic_matrix(camera), np.array(camera.distortion))
         return np.asarray(image.reshape((*points.shape[:-1], 2)))
     plane = points[..., :2] / points[..., 2:]
-    return np.asarray(plane * np.array(camera.focal_px, points.dtype) + np.array(camera.principal_px, points.dtype))
+    return np.asarray(
+        plane * np.array(camera.focal_px, points.dtype) + np.array(camera.principal_px, points.dtype)
+    )

@@ -84,7 +84,8 @@ def equirectangular_to_direction(points_px: FloatArray, height: int, width: int)
     longitude = (0.5 - column / width) * 2 * np.pi
     latitude = (0.5 - row / height) * np.pi
     return np.stack(
-        [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)], axis=-1
+        [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)],
+        axis=-1,
     )
 
 

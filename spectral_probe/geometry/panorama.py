@@ -62,7 +62,9 @@ def view_panorama(
     """
     height = width // 2
     samples = _samples_per_texel(camera, ball, width)
-    variance = np.where(np.isfinite(image.variance), image.variance, 0.0)  # infinite where clipped, which `valid` tells
+    variance = np.where(
+        np.isfinite(image.variance), image.variance, 0.0
+    )  # infinite where clipped, which `valid` tells
     channels = np.concatenate([image.radiance, variance, image.valid[..., None]], axis=-1, dtype=np.float32)
     result = np.zeros((height, width, 7), np.float32)
     cosine = np.zeros((height, width), np.float32)
@@ -75,7 +77,9 @@ def view_panorama(
         points, cos_incidence = find_reflection(ball, directions @ rotation.astype(np.float32))
         pixels = project(camera, points).astype(np.float32) - np.float32(0.5)  # cv2 counts from pixel centres
         values = _remap(channels, pixels)
-        in_frame = (np.abs(pixels + 0.5 - np.array(camera.size_px) / 2) < np.array(camera.size_px) / 2).all(-1)
+        in_frame = (np.abs(pixels + 0.5 - np.array(camera.size_px) / 2) < np.array(camera.size_px) / 2).all(
+            -1
+        )
         shape = (width, rows.stop - rows.start)
         result[rows] = np.dstack([_shrunk(values[..., :4], shape), _shrunk(values[..., 4:], shape)])
         cosine[rows] = _shrunk(cos_incidence, shape)
@@ -84,7 +88,9 @@ def view_panorama(
             np.arccos(np.clip(directions @ towards_camera.astype(np.float32), -1.0, 1.0)), shape
         )
     seen = inside > 0.99
-    return ViewPanorama(result[..., :3], result[..., 3:6], cosine, facing, seen, seen & (result[..., 6] > 0.99))
+    return ViewPanorama(
+        result[..., :3], result[..., 3:6], cosine, facing, seen, seen & (result[..., 6] > 0.99)
+    )
 
 
 def _samples_per_texel(camera: Camera, ball: BallFit, width: int) -> int:

@@ -77,10 +77,15 @@ def _pull_push(weighted: FloatArray, weight: FloatArray) -> FloatArray:
     if min(height, width) <= 1 or weight.min() > 0.5:
         return mean
     half = (max(width // 2, 1), max(height // 2, 1))
-    smaller = np.dstack([cv2.resize(channel, half, interpolation=cv2.INTER_AREA) for channel in np.moveaxis(weighted, -1, 0)])
+    smaller = np.dstack(
+        [cv2.resize(channel, half, interpolation=cv2.INTER_AREA) for channel in np.moveaxis(weighted, -1, 0)]
+    )
     below = _pull_push(smaller, cv2.resize(weight, half, interpolation=cv2.INTER_AREA))
     filled = np.dstack(
-        [cv2.resize(channel, (width, height), interpolation=cv2.INTER_LINEAR) for channel in np.moveaxis(below, -1, 0)]
+        [
+            cv2.resize(channel, (width, height), interpolation=cv2.INTER_LINEAR)
+            for channel in np.moveaxis(below, -1, 0)
+        ]
     )
     share = np.clip(weight, 0.0, 1.0)[..., None]
     return np.asarray(share * mean + (1 - share) * filled)

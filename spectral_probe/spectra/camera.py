@@ -72,11 +72,10 @@ def camera_sensitivities(model: str | None = None, file: Path | None = None) -> 
         return _from_file(folder / "CANON_EOS_5DMark_II_RGB_Sensitivities.csv")
     known: Mapping[str, Any] = colour.MSDS_CAMERA_SENSITIVITIES
     if model in known:
-        sensitivities = known[model]
-        return resample(
-            np.asarray(sensitivities.wavelengths, float), np.asarray(sensitivities.values, float).T, name=model
-        ).T
-    near = difflib.get_close_matches(model.lower(), [name.lower() for name in camera_names()], n=1, cutoff=0.3)
+        return _measured(known[model])
+    near = difflib.get_close_matches(
+        model.lower(), [name.lower() for name in camera_names()], n=1, cutoff=0.3
+    )
     by_lower = {name.lower(): name for name in camera_names()}
     hint = f'Did you mean "{by_lower[near[0]]}"? ' if near else ""
     raise SpectralDataError(
@@ -85,19 +84,35 @@ def camera_sensitivities(model: str | None = None, file: Path | None = None) -> 
     )
 
 
+def _measured(sensitivities: Any) -> FloatArray:
+    """Curves of colour-science on our grid; those that end short of 700 nm below 1 % of their peak go on as zero."""
+    wavelengths = np.asarray(sensitivities.wavelengths, float)
+    values = np.asarray(sensitivities.values, float)
+    if wavelengths[-1] < WAVELENGTHS_NM[-1] and (values[-1] < 0.01 * values.max(0)).all():
+        wavelengths = np.append(wavelengths, [wavelengths[-1] + 1e-3, WAVELENGTHS_NM[-1]])
+        values = np.concatenate([values, np.zeros((2, values.shape[1]))])
+    return resample(wavelengths, values.T, name=str(sensitivities.name)).T
+
+
 def _from_file(path: Path) -> FloatArray:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise SpectralDataError(f"There is no file of camera sensitivities at {path}. Check the path.") from None
+        raise SpectralDataError(
+            f"There is no file of camera sensitivities at {path}. Check the path."
+        ) from None
     except (OSError, UnicodeDecodeError) as problem:
-        raise SpectralDataError(f"{path} cannot be read as text ({problem}). Give a CSV or an AMPAS JSON file.") from None
+        raise SpectralDataError(
+            f"{path} cannot be read as text ({problem}). Give a CSV or an AMPAS JSON file."
+        ) from None
     samples = _json_samples(text, path) if path.suffix.lower() == ".json" else _csv_samples(text, path)
     if len(np.unique(samples[:, 0])) != len(samples):
         raise SpectralDataError(f"{path.name} lists a wavelength twice. Keep one line a wavelength.")
     sensitivities = resample(samples[:, 0], samples[:, 1:].T, name=path.name).T
     if not np.isfinite(sensitivities).all() or (sensitivities.max(0) <= 0).any():
-        raise SpectralDataError(f"{path.name} has a channel without any sensitivity. Check its columns r, g, b.")
+        raise SpectralDataError(
+            f"{path.name} has a channel without any sensitivity. Check its columns r, g, b."
+        )
     return sensitivities
 
 
@@ -115,7 +130,9 @@ def _csv_samples(text: str, path: Path) -> FloatArray:
                     "Its columns must be wavelength_nm,r,g,b."
                 ) from None
     if not rows or any(len(row) != 4 for row in rows):
-        raise SpectralDataError(f"{path.name} is no table of sensitivities. Its columns must be wavelength_nm,r,g,b.")
+        raise SpectralDataError(
+            f"{path.name} is no table of sensitivities. Its columns must be wavelength_nm,r,g,b."
+        )
     return np.array(rows)
 
 
@@ -126,7 +143,9 @@ def _json_samples(text: str, path: Path) -> FloatArray:
         order = [str(channel).upper() for channel in spectral["index"]["main"]]
         columns = [order.index(channel) for channel in "RGB"]
         table = spectral["data"]["main"]
-        return np.array([[float(nm), *(float(values[column]) for column in columns)] for nm, values in table.items()])
+        return np.array(
+            [[float(nm), *(float(values[column]) for column in columns)] for nm, values in table.items()]
+        )
     except (json.JSONDecodeError, KeyError, TypeError, ValueError, IndexError, AttributeError):
         raise SpectralDataError(
             f"{path.name} is not a camera file in AMPAS JSON (spectral_data with index and data of R, G, B)."

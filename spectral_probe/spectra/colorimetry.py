@@ -7,6 +7,7 @@ Spectra are spectral radiance per nm on `grid.WAVELENGTHS_NM`; XYZ are sums of r
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +19,13 @@ from .grid import STEP_NM, WAVELENGTHS_NM
 _OBSERVER = "CIE 1931 2 Degree Standard Observer"
 
 
-def on_grid(distribution: object) -> FloatArray:
+def on_grid(distribution: Any) -> FloatArray:
     """Values of a colour-science (multi-)spectral distribution at `WAVELENGTHS_NM`.
 
     Linear between samples and constant beyond its ends (tabulated lights often start at 405 or 410 nm).
     """
-    known = np.asarray(distribution.wavelengths, float)  # type: ignore[attr-defined]  # colour is untyped
-    values = np.asarray(distribution.values, float)  # type: ignore[attr-defined]
+    known = np.asarray(distribution.wavelengths, float)
+    values = np.asarray(distribution.values, float)
     if values.ndim == 1:
         return np.interp(WAVELENGTHS_NM, known, values)
     return np.stack([np.interp(WAVELENGTHS_NM, known, column) for column in values.T], axis=-1)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 
 with warnings.catch_warnings():
-    warnings.filterwarnings("ignore", message=r'.*related API features are not available.*')
+    warnings.filterwarnings("ignore", message=r".*related API features are not available.*")
     import colour
 
 __all__ = ["colour"]

@@ -13,7 +13,11 @@ WAVELENGTHS_NM.flags.writeable = False
 
 
 def resample(
-    wavelengths_nm: FloatArray, values: FloatArray, onto_nm: FloatArray = WAVELENGTHS_NM, *, name: str = "the spectrum"
+    wavelengths_nm: FloatArray,
+    values: FloatArray,
+    onto_nm: FloatArray = WAVELENGTHS_NM,
+    *,
+    name: str = "the spectrum",
 ) -> FloatArray:
     """Sampled spectra onto another wavelength grid, piecewise linearly.
 
@@ -52,4 +56,6 @@ def resample(
             f"{name} covers {covered}, but {first:g}-{last:g} nm is needed. Give a file that covers it."
         )
     rows = values.reshape(-1, len(known))
-    return np.stack([np.interp(onto_nm, known, row) for row in rows]).reshape((*values.shape[:-1], len(onto_nm)))
+    return np.stack([np.interp(onto_nm, known, row) for row in rows]).reshape(
+        (*values.shape[:-1], len(onto_nm))
+    )

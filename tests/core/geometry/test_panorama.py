@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+
+from spectral_probe.geometry.ball import reflect
+from spectral_probe.geometry.camera import pixel_rays
+from spectral_probe.geometry.frames import bearing_to_direction, camera_to_world, panorama_directions
+from spectral_probe.geometry.panorama import view_panorama
+from spectral_probe.geometry.stitch import fill_unseen, view_weights
+from spectral_probe.model import BallFit, Camera, RadianceImage
+
+CAMERA = Camera((2000.0, 2000.0), (205.0, 196.0), (400, 400))
+BALL = BallFit(
+    np.array([0.004, -0.002, 0.6]), 0.05, float(np.arcsin(0.05 / np.linalg.norm([0.004, -0.002, 0.6]))), 0.0
+)
+
+
+def smooth_world(directions):
+    """Light that varies slowly and differently in every channel."""
+    x, y, z = np.moveaxis(directions, -1, 0)
+    return np.stack([2 + x + 0.3 * y * z, 2 + y - 0.2 * x, 2 + z + 0.4 * x * y], axis=-1)
+
+
+def photograph_of(world, rotation):
+    """A mirrored-ball image, one ray a pixel centre."""
+    columns, rows = np.meshgrid(np.arange(400) + 0.5, np.arange(400) + 0.5)
+    mirrored = reflect(BALL, pixel_rays(CAMERA, np.stack([columns, rows], axis=-1)))
+    radiance = np.where(mirrored.hit[..., None], world(mirrored.directions @ rotation.T), 0.0).astype(
+        np.float32
+    )
+    return RadianceImage(radiance, np.full_like(radiance, 1e-4), np.ones((400, 400), bool))
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(0, 0), (120, 25), (250, -15)])
+def test_a_view_gives_back_the_world(azimuth, elevation):
+    rotation = camera_to_world(azimuth, elevation)
+    view = view_panorama(photograph_of(smooth_world, rotation), CAMERA, BALL, rotation, 256)
+    truth = smooth_world(panorama_directions(128, 256))
+    good = view.seen & (view.cos_incidence > 0.25)
+    assert good.mean() > 0.8
+    assert (
+        np.abs(view.responses - truth)[good].max() < 0.05
+    )  # a pixel spans up to 2 degrees at that incidence
+    assert np.abs(view.responses - truth)[view.cos_incidence > 0.6].max() < 0.01
+
+
+def test_a_lamp_is_where_it_is():
+    lamp = bearing_to_direction(75.0, 30.0)
+
+    def world(directions):
+        glow = np.exp((directions @ lamp - 1) / (1 - np.cos(np.radians(3))))
+        return np.repeat(glow[..., None], 3, axis=-1)
+
+    rotation = camera_to_world(20)
+    view = view_panorama(photograph_of(world, rotation), CAMERA, BALL, rotation, 512)
+    directions = panorama_directions(256, 512)
+    weight = (
+        view.responses[..., 0] * np.hypot(directions[..., 0], directions[..., 1]) * (directions @ lamp > 0.97)
+    )
+    found = (weight[..., None] * directions).sum((0, 1))
+    assert np.degrees(np.arccos(found @ lamp / np.linalg.norm(found))) < 0.1
+
+
+def test_clipped_pixels_make_invalid_texels_and_no_others():
+    rotation = camera_to_world(0)
+    image = photograph_of(smooth_world, rotation)
+    image.valid[180:220, 240:260] = False
+    image.variance[180:220, 240:260] = np.inf
+    view = view_panorama(image, CAMERA, BALL, rotation, 256)
+    lost = view.seen & ~view.valid
+    assert 0.0005 < lost.mean() < 0.02
+    assert np.isfinite(view.variance).all()
+
+
+def test_the_blind_cone_is_not_seen():
+    rotation = camera_to_world(0)
+    view = view_panorama(photograph_of(smooth_world, rotation), CAMERA, BALL, rotation, 512)
+    behind = panorama_directions(256, 512) @ np.array([0.0, 1.0, 0.0])
+    assert not view.seen[behind > np.cos(BALL.cone_angle_rad)].any()
+    assert view.seen[behind < np.cos(BALL.cone_angle_rad + np.radians(5))].all()
+
+
+def test_views_fill_in_for_each_other():
+    views = []
+    for azimuth in (0, 120, 240):
+        rotation = camera_to_world(azimuth)
+        views.append(view_panorama(photograph_of(smooth_world, rotation), CAMERA, BALL, rotation, 128))
+    shares = view_weights(views)
+    assert np.allclose(shares.sum(0), 1, atol=1e-5)
+    directions = panorama_directions(64, 128)
+    for view, share in zip(views, shares, strict=True):
+        towards_itself = view.facing_rad < np.radians(8)
+        assert share[towards_itself].max() < 0.01  # a camera's own reflection comes from the others
+        assert share[view.cos_incidence < 0.2].max() < 0.05
+    merged = sum(share[..., None] * view.responses for view, share in zip(views, shares, strict=True))
+    assert np.abs(merged - smooth_world(directions)).max() < 0.02
+
+
+def test_filling_keeps_what_is_known():
+    rng = np.random.default_rng(7)
+    values = rng.uniform(1, 2, size=(32, 64, 2)).astype(np.float32)
+    known = rng.random((32, 64)) > 0.2
+    known[10:20, 20:40] = False
+    filled = fill_unseen(np.where(known[..., None], values, 0), known)
+    assert np.array_equal(filled[known], values[known])
+    assert filled[~known].min() > 0.9
+    assert filled[~known].max() < 2.1

@@ -1,0 +1,80 @@
+import json
+
+import numpy as np
+import pytest
+
+from spectral_probe.errors import SpectralDataError
+from spectral_probe.spectra.camera import camera_names, camera_sensitivities
+from spectral_probe.spectra.colorimetry import illuminant
+from spectral_probe.spectra.grid import WAVELENGTHS_NM
+
+
+@pytest.mark.parametrize("name", camera_names())
+def test_every_named_camera_has_three_channels_in_order(name):
+    curves = camera_sensitivities(name)
+    assert curves.shape == (61, 3)
+    red, green, blue = WAVELENGTHS_NM[curves.argmax(0)]
+    assert blue < green < red
+
+
+def test_rec709_sees_d65_as_white():
+    rgb = illuminant("D65") @ camera_sensitivities("Rec.709")
+    assert rgb / rgb[1] == pytest.approx([1, 1, 1], abs=5e-3)  # 400-700 nm only
+
+
+def test_unknown_camera_suggests_the_nearest():
+    with pytest.raises(SpectralDataError, match=r'Did you mean "Nikon 5100 \(NPL\)"'):
+        camera_sensitivities("Nikon D5100")
+
+
+def write_csv(path, first, last):
+    rows = [f"{nm},{nm / 1000},{nm / 900},{nm / 800}" for nm in range(first, last + 1, 10)]
+    path.write_text("# measured\nwavelength_nm,r,g,b\n" + "\n".join(rows))
+    return path
+
+
+def test_csv(tmp_path):
+    curves = camera_sensitivities(file=write_csv(tmp_path / "mine.csv", 380, 780))
+    assert np.allclose(curves[:, 0], WAVELENGTHS_NM / 1000)
+
+
+def test_ampas_json_with_channels_in_another_order(tmp_path):
+    table = {str(nm): [nm / 800, nm / 900, nm / 1000] for nm in range(380, 785, 5)}
+    file = tmp_path / "mine.json"
+    file.write_text(
+        json.dumps({"spectral_data": {"index": {"main": ["B", "G", "R"]}, "data": {"main": table}}})
+    )
+    assert np.allclose(camera_sensitivities(file=file)[:, 0], WAVELENGTHS_NM / 1000)
+
+
+def test_curves_that_do_not_cover_the_visible_range(tmp_path):
+    with pytest.raises(SpectralDataError, match=r"short\.csv covers 430-700 nm, but 400-700 nm is needed"):
+        camera_sensitivities(file=write_csv(tmp_path / "short.csv", 430, 700))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.csv", "nothing here", "is no table of sensitivities"),
+        ("a.csv", "nm,r,g,b\n400,1,2,3\n500,1,x,3\n", "not four numbers"),
+        ("a.json", "{}", "not a camera file in AMPAS JSON"),
+        ("a.json", "[1, 2", "not a camera file in AMPAS JSON"),
+        ("a.csv", "nm,r,g,b\n400,0,2,3\n700,0,1,3\n", "channel without any sensitivity"),
+        ("a.csv", "nm,r,g,b\n400,1,2,3\n400,1,2,3\n700,1,1,3\n", "lists a wavelength twice"),
+    ],
+)
+def test_files_that_are_none(tmp_path, name, text, message):
+    file = tmp_path / name
+    file.write_text(text)
+    with pytest.raises(SpectralDataError, match=message):
+        camera_sensitivities(file=file)
+
+
+def test_a_missing_file(tmp_path):
+    with pytest.raises(SpectralDataError, match="There is no file"):
+        camera_sensitivities(file=tmp_path / "none.csv")
+
+
+def test_files_of_the_academys_collection(shared_dir):
+    for file in sorted((shared_dir / "spectra" / "cameras").glob("*.csv")):
+        assert camera_sensitivities(file=file).shape == (61, 3), file.name
