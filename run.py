@@ -191,20 +191,20 @@ def set_up() -> None:
     """Make `.venv`; the stamp that calls it complete is written last, so an interrupted set-up goes on."""
     cut_short = STAMP.exists() and STAMP.read_text("utf-8") == UNFINISHED
     say("Setting up .venv, once: about 600 MB to download, 2 GB on disk")
-    if VENV.exists() and not is_python_313([str(PYTHON)]):
-        shutil.rmtree(VENV / "lib", ignore_errors=True)  # of another Python, or of one that is gone
+    usable = is_python_313([str(PYTHON)]) and not cut_short
+    if not usable:  # half written, or of a Python that is another or gone
+        shutil.rmtree(VENV / ("Lib" if WINDOWS else "lib"), ignore_errors=True)
     python = find_python()
     uv = find_uv(python)
     if python is None:
         python = python_through_uv(uv)
     say(f"Python 3.13: {' '.join(python)}")
-    if not is_python_313([str(PYTHON)]):
+    if not usable:
         call([uv, "venv", "--quiet", "--allow-existing", "--python", real_path(python), VENV])
     say("Installing the locked packages")
     install = ["--python", str(PYTHON)]
-    again = ["--reinstall"] if cut_short else []  # a package may lie there half written
     STAMP.write_text(UNFINISHED, "utf-8")
-    call([uv, "pip", "sync", "--require-hashes", *again, *install, LOCK])
+    call([uv, "pip", "sync", "--require-hashes", *install, LOCK])
     call([uv, "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", *install, "--editable", ROOT])
     say("Trying Blender's module")
     try_bpy()
