@@ -199,8 +199,8 @@ class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
     )
     distortion: FloatVectorProperty(
         name="Distortion",
-        description="Lens distortion in OpenCV's order: k1, k2, p1, p2, k3",
-        size=5,
+        description="Lens distortion in OpenCV's order: k1, k2, p1, p2, k3, k4, k5, k6",
+        size=8,
         precision=5,
     )
 
@@ -227,6 +227,11 @@ class SPECTRAL_PROBE_PG_render(bpy.types.PropertyGroup):
     directory: _folder("Rendered To", "Folder with the files of the render")
     passes: IntProperty(name="Passes", description="Cycles passes rendered")
     samples: IntProperty(name="Samples", description="Samples of a full pass")
+    predicted_de2000: FloatProperty(
+        name="Predicted ΔE",
+        description="Mean error the plan predicts against all 61 wavelengths",
+        precision=2,
+    )
     seconds: FloatProperty(
         name="Spectral", description="How long the spectral render took", unit="TIME_ABSOLUTE"
     )
@@ -242,6 +247,12 @@ class SPECTRAL_PROBE_PG_comparison(bpy.types.PropertyGroup):
     p95_de2000: FloatProperty(name="95 %", description="95 % of the pixels differ by less", precision=2)
     max_de2000: FloatProperty(
         name="Largest ΔE", description="Largest colour difference CIEDE2000", precision=2
+    )
+    xy_shift: FloatVectorProperty(
+        name="xy Shift",
+        description="Shift of the mean chromaticity from the spectral to the RGB render",
+        size=2,
+        precision=4,
     )
 
 
@@ -318,9 +329,9 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     )
     passes: IntProperty(
         name="Wavelengths",
-        description="Number of light-basis passes, one wavelength each",
-        default=5,
-        min=2,
+        description="Light-basis passes, one wavelength each. 0: as few as keep the colours of this scene",
+        default=0,
+        min=0,
         max=21,
     )
     samples: IntProperty(name="Samples", description="Samples per pixel of a full pass", default=128, min=1)
@@ -331,6 +342,12 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     )
     render_directory: _folder("Folder", "Where the render is written", "//spectral_probe/render/")
     render: PointerProperty(type=SPECTRAL_PROBE_PG_render)
+    comparison_blur_px: FloatProperty(
+        name="Blur",
+        description="Gaussian blur of both images before they are compared, in pixels: takes the noise out",
+        min=0.0,
+        soft_max=10.0,
+    )
     comparison: PointerProperty(type=SPECTRAL_PROBE_PG_comparison)
 
 

@@ -2,6 +2,7 @@
 
 import bpy
 
+from . import command_line
 from .add_object import SPECTRAL_PROBE_OT_add_object
 from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
 from .build_probe import SPECTRAL_PROBE_OT_build_probe
@@ -12,7 +13,7 @@ from .light_world import SPECTRAL_PROBE_OT_light_world
 from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
 
-register, unregister = bpy.utils.register_classes_factory(
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PROBE_OT_import_capture,
         SPECTRAL_PROBE_FH_capture,
@@ -27,3 +28,15 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_compare,
     )
 )
+
+
+def register() -> None:
+    """Make the operators and the command known to Blender."""
+    _register_classes()
+    command_line.register()
+
+
+def unregister() -> None:
+    """Take them back."""
+    command_line.unregister()
+    _unregister_classes()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
 
-from ..spectral_probe.model import Capture, Job, Progress
+from ..spectral_probe.model import Capture, Job, part
 from .job import JobOperator
 from .polls import has_views
 from .results import keep_probe
@@ -20,22 +19,13 @@ if TYPE_CHECKING:
 
 def build_and_write(capture: Capture, width_px: int, directory: Path) -> Job[Probe]:
     """Build the probe and write its files."""
+    from ..spectral_probe.commands import check_folder
     from ..spectral_probe.probe import build_probe, write_outputs
 
-    probe = yield from _part(build_probe(capture, width_px), 0.0, 0.8)
-    yield from _part(write_outputs(probe, directory), 0.8, 1.0)
+    check_folder(directory)
+    probe = yield from part(build_probe(capture, width_px), 0.0, 0.8)
+    yield from part(write_outputs(probe, directory), 0.8, 1.0)
     return probe
-
-
-def _part[Result](job: Job[Result], first: float, last: float) -> Job[Result]:
-    """A job as a part of a longer one: its progress runs from `first` to `last`."""
-    with closing(job):
-        while True:
-            try:
-                step = next(job)
-            except StopIteration as stop:
-                return stop.value
-            yield Progress(first + (last - first) * step.fraction, step.message)
 
 
 class SPECTRAL_PROBE_OT_build_probe(JobOperator, bpy.types.Operator):

@@ -1,42 +1,17 @@
 """Compare the spectral render with the RGB render of the same scene."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import bpy
 
-from ..spectral_probe.model import Job, Progress
+from ..spectral_probe.model import Job
 from .job import JobOperator
 from .pictures import show
 from .polls import has_render
 from .results import keep_comparison
 
-if TYPE_CHECKING:
-    from ..spectral_probe.render.compare import Comparison
-
-
-SHEET = "comparison.png"
-
-
-def compare_renders(directory: Path) -> Job[Comparison]:
-    """Compare xyz.exr with rgb.exr in a render folder; writes compare.json and the sheet beside them."""
-    from ..spectral_probe.figures.sheet import SheetContent, comparison_sheet
-    from ..spectral_probe.figures.style import save_figure
-    from ..spectral_probe.files.image_exr import read_rgb
-    from ..spectral_probe.render.compare import compare_images, write_comparison
-    from ..spectral_probe.spectra.colorimetry import rec709_to_xyz
-
-    yield Progress(0.0, "Reading the renders")
-    xyz_spectral = read_rgb(directory / "xyz.exr", ("X", "Y", "Z"))
-    xyz_rgb = rec709_to_xyz(read_rgb(directory / "rgb.exr"))
-    yield Progress(0.2, "Measuring the differences")
-    comparison = compare_images(xyz_spectral, xyz_rgb)
-    write_comparison(directory / "compare.json", comparison)
-    yield Progress(0.6, "Drawing the sheet")
-    save_figure(comparison_sheet(SheetContent(comparison, xyz_spectral, xyz_rgb)), directory / SHEET)
-    return comparison
+type Numbers = dict[str, Any]
 
 
 class SPECTRAL_PROBE_OT_compare(JobOperator, bpy.types.Operator):
@@ -52,19 +27,21 @@ class SPECTRAL_PROBE_OT_compare(JobOperator, bpy.types.Operator):
         """There must be both renders."""
         return has_render(cls, context)
 
-    def job(self, context: bpy.types.Context) -> Job[Comparison]:
+    def job(self, context: bpy.types.Context) -> Job[Numbers]:
         """Compare the two files of the render folder."""
-        return compare_renders(_directory(context))
+        from ..spectral_probe.commands import compare
 
-    def done(self, context: bpy.types.Context, result: Comparison) -> None:
-        """Keep the numbers in the scene and show the sheet."""
-        directory = _directory(context)
-        keep_comparison(context.scene.spectral_probe, result, directory)
-        show(context, directory / SHEET, "Comparison")
-        self.report(
-            {"INFO"}, f"RGB differs from spectral by ΔE {result.image.differences.mean:.2f} on average"
+        settings = context.scene.spectral_probe
+        rendered = Path(bpy.path.abspath(settings.render_directory))
+        return compare(
+            rendered / "xyz.exr", rendered / "rgb.exr", rendered / "comparison", settings.comparison_blur_px
         )
 
-
-def _directory(context: bpy.types.Context) -> Path:
-    return Path(bpy.path.abspath(context.scene.spectral_probe.render_directory))
+    def done(self, context: bpy.types.Context, result: Numbers) -> None:
+        """Keep the numbers in the scene and show the sheet."""
+        settings = context.scene.spectral_probe
+        keep_comparison(settings, result)
+        show(context, Path(result["written"]) / "sheet.png", "Comparison")
+        self.report(
+            {"INFO"}, f"RGB differs from spectral by ΔE {settings.comparison.mean_de2000:.2f} on average"
+        )

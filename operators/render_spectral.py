@@ -49,5 +49,7 @@ class SPECTRAL_PROBE_OT_render_spectral(JobOperator, bpy.types.Operator):
     def done(self, context: bpy.types.Context, result: SpectralRender) -> None:
         """Keep the report's numbers in the scene."""
         settings = context.scene.spectral_probe
-        keep_render(settings, result.report)
+        keep_render(settings, result)
+        for warning in result.warnings:
+            self.report({"WARNING"}, warning)
         self.report({"INFO"}, f"{settings.render.passes} passes in {settings.render.seconds:.1f} s")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
 if TYPE_CHECKING:
-    from ..spectral_probe.render.compare import Comparison
+    from .bridge.cycles import SpectralRender
 
 
 def keep_probe(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> None:
@@ -27,21 +26,23 @@ def keep_probe(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> 
         view.clipped_fraction = row["clipped_fraction"]
 
 
-def keep_render(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> None:
-    """Keep the numbers of a spectral render's report (report.json)."""
+def keep_render(settings: bpy.types.PropertyGroup, result: SpectralRender) -> None:
+    """Keep the numbers of a spectral render."""
     kept = settings.render
     kept.directory = settings.render_directory
-    kept.passes, kept.samples = report["passes"], report["samples"]
-    kept.seconds = report["spectral_seconds"]
-    kept.has_rgb = report.get("rgb_seconds") is not None
-    kept.rgb_seconds = report.get("rgb_seconds") or 0.0
+    kept.passes, kept.samples = result.plan.passes, result.samples
+    kept.predicted_de2000 = (result.plan.predicted_de2000 or (0.0, 0.0))[0]
+    kept.seconds = result.seconds_spectral
+    kept.has_rgb = result.seconds_rgb is not None
+    kept.rgb_seconds = result.seconds_rgb or 0.0
 
 
-def keep_comparison(settings: bpy.types.PropertyGroup, comparison: Comparison, directory: Path) -> None:
-    """Keep the numbers of a comparison over the whole image."""
-    kept, image = settings.comparison, comparison.image
-    kept.directory = str(directory)
-    kept.mean_de2000 = image.differences.mean
-    kept.p95_de2000 = image.differences.p95
-    kept.max_de2000 = image.differences.max
-    kept.xy_shift = image.xy_shift
+def keep_comparison(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> None:
+    """Keep the numbers of a comparison (compare.json) over the whole image."""
+    kept, image = settings.comparison, report["image"]
+    differences = image["blurred"] or image["raw"]
+    kept.directory = report["written"]
+    kept.mean_de2000 = differences["mean"]
+    kept.p95_de2000 = differences["p95"]
+    kept.max_de2000 = differences["max"]
+    kept.xy_shift = image["xy_shift"]

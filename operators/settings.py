@@ -64,7 +64,8 @@ def fill(settings: bpy.types.PropertyGroup, capture: Capture, path: Path) -> Non
     settings.method = capture.method
     settings.views.clear()
     settings.active_view = 0
-    settings.property_unset("probe")
+    for result in ("probe", "render", "comparison"):
+        settings.property_unset(result)
     if not bpy.data.filepath:  # nothing to be relative to yet: beside the capture, then
         settings.probe_directory = str(path.parent / "probe")
         settings.render_directory = str(path.parent / "render")

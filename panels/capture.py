@@ -85,7 +85,10 @@ class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
         values = principal.row(align=True)
         values.active = camera.has_principal
         values.prop(camera, "principal_px", text="")
-        column.prop(camera, "distortion")
+        self.layout.label(text="Lens Distortion")
+        grid = self.layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+        for index, name in enumerate(("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")):
+            grid.prop(camera, "distortion", index=index, text=name)
 
 
 class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):

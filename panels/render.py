@@ -60,6 +60,8 @@ class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
 
 def _draw_render(column: bpy.types.UILayout, render: bpy.types.AnyType) -> None:
     row(column, "Passes", f"{render.passes} at {render.samples} samples")
+    if render.predicted_de2000:
+        row(column, "Predicted ΔE", f"{render.predicted_de2000:.2f}")
     row(column, "Spectral", duration(render.seconds))
     if render.has_rgb:
         row(column, "RGB", duration(render.rgb_seconds))
@@ -72,7 +74,9 @@ class SPECTRAL_PROBE_PT_compare(InSidebar, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the button and the numbers."""
-        layout, comparison = self.layout, context.scene.spectral_probe.comparison
+        layout, settings = self.layout, context.scene.spectral_probe
+        comparison = settings.comparison
+        settings_layout(layout).prop(settings, "comparison_blur_px")
         layout.operator("spectral_probe.compare", icon="IMAGE_DATA")
         if comparison.directory:
             column = results(layout)

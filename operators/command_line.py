@@ -1,0 +1,103 @@
+"""The command line inside Blender: `blender --command spectral_probe VERB ...`, as `spectral-probe VERB ...`.
+
+The core's command line knows every verb; here are the jobs of those that need Blender.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..spectral_probe.errors import RenderError
+from ..spectral_probe.model import Job, Progress, SpectralPanorama
+from .terminal import blender_silenced
+
+type Numbers = dict[str, Any]
+
+_commands: list[object] = []  # what Blender gave for each registered command, to take it back with
+
+
+def run(argv: list[str]) -> int:
+    """Run one verb and return the exit status."""
+    from ..spectral_probe.cli import main
+
+    try:
+        return main(argv, {"render": render, "demo": demo})
+    except SystemExit as stop:  # argparse, after --help or a word it does not know
+        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+
+
+def render(arguments: argparse.Namespace) -> Job[Numbers]:
+    """Open a scene and render it spectrally in the light of a probe."""
+    from ..spectral_probe.commands import check_folder
+    from ..spectral_probe.files.probe_exr import read_probe
+
+    probe = read_probe(arguments.probe)
+    check_folder(arguments.output)
+    with blender_silenced():
+        yield Progress(0.0, f"Opening {arguments.scene.name}")
+        scene = open_scene(arguments.scene)
+        return (yield from render_scene(scene, probe, arguments))
+
+
+def render_scene(
+    scene: bpy.types.Scene, probe: SpectralPanorama, arguments: argparse.Namespace
+) -> Job[Numbers]:
+    """Render an open scene as the command line asks; returns the numbers of its report.json."""
+    from .bridge.cycles import spectral_render
+
+    if arguments.frame is not None:
+        scene.frame_set(arguments.frame)
+    directory = arguments.output.resolve()
+    yield from spectral_render(
+        scene,
+        probe,
+        None,
+        directory,
+        samples=arguments.samples or scene.cycles.samples,
+        passes=arguments.passes,
+        rgb_twin=not arguments.no_rgb,
+    )
+    return {**json.loads((directory / "report.json").read_text("utf-8")), "written": str(directory)}
+
+
+def open_scene(path: Path) -> bpy.types.Scene:
+    """Open a .blend, scripts in it off, and return its scene.
+
+    Raises
+    ------
+    RenderError
+        If there is no such file, or it is none of Blender's.
+    """
+    if not path.is_file():
+        raise RenderError(f"There is no scene at {path}. Check the path.")
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
+    except RuntimeError:
+        raise RenderError(
+            f"{path.name} cannot be opened. Give a .blend file that Blender 5.2 opens."
+        ) from None
+    return bpy.context.scene
+
+
+def demo(arguments: argparse.Namespace) -> Job[Numbers]:
+    """The main job on the bundled sample."""
+    from .demo import demo as demo_job
+
+    with blender_silenced():
+        return (yield from demo_job(arguments.output.resolve()))
+
+
+def register() -> None:
+    """Let `blender --command spectral_probe` find us."""
+    _commands.append(bpy.utils.register_cli_command("spectral_probe", run))
+
+
+def unregister() -> None:
+    """Take the command back."""
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())

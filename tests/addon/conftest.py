@@ -1,0 +1,123 @@
+"""Blender for the tests of the extension: its own empty user folders, and the extension through Blender's loader."""
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+MODULE = "bl_ext.user_default.spectral_probe"
+
+# Blender reads these when bpy is imported: its user folders are empty, but for a link to this checkout.
+_resources = tempfile.TemporaryDirectory(prefix="spectral_probe_blender_")
+os.environ["BLENDER_USER_RESOURCES"] = _resources.name
+_repository = Path(_resources.name) / "extensions" / "user_default"
+_repository.mkdir(parents=True)
+(_repository / "spectral_probe").symlink_to(Path(__file__).resolve().parents[2], target_is_directory=True)
+
+import bpy  # noqa: E402  (not before its folders are set)
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+@pytest.fixture(scope="module", autouse=True)
+def extension() -> Iterator[ModuleType]:
+    """The extension, enabled."""
+    import addon_utils  # is there once bpy is imported
+
+    module = addon_utils.enable(MODULE, handle_error=_raise)
+    assert Path(module.__file__).is_relative_to(_resources.name)
+    yield module
+    addon_utils.disable(MODULE, handle_error=_raise)
+
+
+@pytest.fixture
+def scene(extension: ModuleType) -> Any:
+    """The scene of a new file."""
+    bpy.ops.wm.read_homefile(use_empty=False, use_factory_startup=True)
+    return bpy.context.scene
+
+
+@pytest.fixture
+def settings(scene: Any) -> Any:
+    return scene.spectral_probe
+
+
+@pytest.fixture
+def in_extension(extension: ModuleType) -> Callable[[str], ModuleType]:
+    """Import a module of the extension: not the same as the core's of that name, it is loaded twice."""
+    import importlib
+
+    return lambda name: importlib.import_module(f"{MODULE}.{name}")
+
+
+@pytest.fixture
+def capture_file(tmp_path: Path, in_extension: Callable[[str], ModuleType]) -> Path:
+    """A capture of two views: a disc with a smooth pattern, seen with a long lens, its outline given."""
+    write_rgb = in_extension("spectral_probe.files.image_exr").write_rgb
+    rows, columns = np.mgrid[:120, :160] + 0.5
+    inside = np.hypot(columns - 80, rows - 60) < 50
+    text = '[camera]\nmodel = "Rec.709"\nfocal_px = 900.5\n\n[ball]\nradius_m = 0.06\nmaterial = "ideal"\n'
+    for view, azimuth_deg in enumerate((0, 120)):
+        pattern = 0.5 + 0.3 * np.cos(columns / 9 + view)[..., None] * np.array([1.0, 0.6, 0.2])
+        image = np.where(inside[..., None], pattern, 0.02).astype(np.float32)
+        write_rgb(tmp_path / f"view_{view}.exr", image)
+        text += (
+            f'\n[[view]]\nazimuth_deg = {azimuth_deg}\nphotos = ["view_{view}.exr"]\n'
+            "exposures_s = [0.004]\noutline = [80.0, 60.0, 50.0]\nrefine = false\n"
+        )
+    path = tmp_path / "capture.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+class _PanelInstance:
+    """What draw() is called on: the panel's class with a layout."""
+
+    def __init__(self, panel: type, layout: Any) -> None:
+        self.layout = layout
+        self._panel = panel
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._panel, name)
+
+
+@pytest.fixture
+def drawn() -> Callable[..., list[dict[str, Any]]]:
+    """Draw a panel without a window and return its widgets; an empty list where its poll() says no.
+
+    A property that does not exist raises nothing in Blender: it leaves a widget without "rna".
+    """
+
+    def draw(panel: type, **override: Any) -> list[dict[str, Any]]:
+        window = bpy.context.window_manager.windows[0]
+        area = next((a for a in window.screen.areas if a.type == panel.bl_space_type), None)
+        place = {"window": window}
+        if area is not None:
+            region = next(region for region in area.regions if region.type == panel.bl_region_type)
+            place |= {"area": area, "region": region}
+        with bpy.context.temp_override(**place, **override):
+            if hasattr(panel, "poll") and not panel.poll(bpy.context):
+                return []
+            menu = bpy.context.window_manager.popmenu_begin__internal(
+                "panel"
+            )  # never ended: that needs a window
+            column = menu.layout.column()
+            panel.draw(_PanelInstance(panel, column), bpy.context)
+            return list(_widgets(column.introspect()))
+
+    return draw
+
+
+def _widgets(items: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    for item in items:
+        if "items" in item:
+            yield from _widgets(item["items"])
+        else:
+            yield item

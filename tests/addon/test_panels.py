@@ -1,0 +1,116 @@
+"""Panels draw every stage, show results, and name only properties and operators that exist."""
+
+import bpy
+import pytest
+
+PANELS = (
+    "main", "capture", "camera", "ball", "probe", "world", "objects", "render", "compare",
+)  # fmt: skip
+
+
+def panel(name):
+    return getattr(bpy.types, f"SPECTRAL_PROBE_PT_{name}")
+
+
+def texts(widgets):
+    return [widget.get("draw_string", "") for widget in widgets]
+
+
+def operators(widgets):
+    return [widget["operator"] for widget in widgets if widget.get("operator")]
+
+
+@pytest.fixture
+def filled(settings):
+    """Settings with something in every place."""
+    for number in range(2):
+        view = settings.views.add()
+        view.name = f"view {number}"
+        photo = view.photos.add()
+        photo.path, photo.exposure_s = f"/photos/v{number}.dng", 0.004
+        view.has_outline = view.has_probe = True
+        view.found_centre_px, view.found_semi_axes_px, view.found_rms_px = (
+            (400.25, 300.0),
+            (210.5, 210.1),
+            0.123,
+        )
+        view.probe_rms_px, view.clipped_fraction = 0.321, 0.015
+    settings.capture_path = "/photos/capture.toml"
+    settings.probe.width_px, settings.probe.height_px = 1024, 512
+    settings.probe.blind_fraction, settings.probe.seconds = 0.0123, 8.25
+    settings.render.passes, settings.render.samples = 5, 64
+    settings.render.seconds, settings.render.has_rgb, settings.render.rgb_seconds = 75.0, True, 12.0
+    settings.comparison.directory, settings.comparison.mean_de2000 = "/render/comparison", 1.234
+    return settings
+
+
+@pytest.mark.parametrize("name", PANELS)
+@pytest.mark.parametrize("state", ["empty", "filled"])
+def test_every_widget_has_its_property(name, state, settings, drawn, request, capfd):
+    if state == "filled":
+        request.getfixturevalue("filled")
+    assert drawn(panel(name)) or name == "main"
+    written = "".join(capfd.readouterr())
+    assert "not found" not in written, written
+
+
+@pytest.mark.parametrize(
+    ("name", "verbs"),
+    [
+        ("capture", ["import_capture", "save_capture", "add_view", "remove_view"]),
+        ("ball", ["detect_ball"]),
+        ("probe", ["build_probe"]),
+        ("world", ["light_world"]),
+        ("objects", ["add_object", "add_object", "add_object"]),
+        ("render", ["render_spectral"]),
+        ("compare", ["compare"]),
+    ],
+)
+def test_each_stage_has_its_buttons(name, verbs, filled, drawn):
+    called = [text for text in operators(drawn(panel(name))) if text.startswith("bpy.ops.spectral_probe.")]
+    assert [text.removeprefix("bpy.ops.spectral_probe.").split("(")[0] for text in called] == verbs
+
+
+@pytest.mark.parametrize(
+    ("name", "results"),
+    [
+        ("ball", ["400.2, 300.0 px", "210.50, 210.10 px", "0.123 px"]),
+        ("probe", ["1024 x 512 px", "1.23%", "8.2 s", "0.321 px", "1.50%"]),
+        ("render", ["5 at 64 samples", "1 min 15 s", "12.0 s"]),
+        ("compare", ["1.23"]),
+    ],
+)
+def test_results_are_shown(name, results, filled, drawn):
+    shown = texts(drawn(panel(name)))
+    assert [result for result in results if result not in shown] == []
+
+
+def test_results_are_hidden_before_there_are_any(settings, drawn):
+    assert "Blind" not in texts(drawn(panel("probe")))
+    assert not [text for text in texts(drawn(panel("compare"))) if "ΔE" in text]
+
+
+def test_a_running_job_shows_its_progress(settings, drawn):
+    running = bpy.context.window_manager.spectral_probe
+    running.operator, running.fraction, running.message = "spectral_probe.build_probe", 0.4, "View 2 of 3"
+    try:
+        assert "View 2 of 3" in texts(drawn(panel("main")))
+    finally:
+        bpy.context.window_manager.property_unset("spectral_probe")
+    assert drawn(panel("main")) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "wanted"), [("RGB", None), ("METAL", "metal"), ("REFLECTANCE", "reflectance_path")]
+)
+def test_the_material_panel_asks_for_what_its_kind_needs(kind, wanted, scene, drawn):
+    material = bpy.data.materials["Material"]
+    material.spectral_probe.kind = kind
+    widgets = drawn(panel("material"), material=material)
+    named = [widget["rna"] for widget in widgets if "rna" in widget]
+    fields = {rna.removeprefix("SPECTRAL_PROBE_PG_material.").removesuffix("[0]") for rna in named}
+    assert fields == {"kind", wanted} - {None}
+
+
+def test_the_material_panel_needs_a_material(scene, drawn):
+    assert drawn(panel("material"), material=None) == []
