@@ -264,7 +264,7 @@ def _notes(content: SheetContent) -> list[str]:
     clipped = f"values clipped at {CLIP:g} × white ({100 * comparison.clipped_fraction:.1f} % of the pixels)"
     lines = [
         f"ΔE₀₀: {blur}{white}, {clipped}.",
-        "x, y and “of means”: of a region's light added up, where noise averages out. Shifts: RGB − spectral.",
+        "x, y and “of means”: of a region’s light added up: noise averages out. Shifts are RGB − spectral.",
     ]
     if comparison.unseen_objects:
         lines.append(f"Not in the picture: {', '.join(comparison.unseen_objects)}.")

@@ -73,8 +73,11 @@ def house_style() -> Iterator[None]:
 
 
 def new_figure(width_in: float, height_in: float) -> Figure:
-    """An empty figure of a size in inches, 150 pixels to the inch, with a canvas of its own."""
-    figure = Figure(figsize=(width_in, height_in), dpi=PIXELS_PER_INCH)
+    """An empty figure of a size in inches, rounded to whole pixels, 150 to the inch, with a canvas of its own."""
+    width_px, height_px = round(width_in * PIXELS_PER_INCH), round(height_in * PIXELS_PER_INCH)
+    # A hundredth of a pixel more, since the canvas drops fractions and n / 150 * 150 may fall short of n.
+    size_in = ((width_px + 0.01) / PIXELS_PER_INCH, (height_px + 0.01) / PIXELS_PER_INCH)
+    figure = Figure(figsize=size_in, dpi=PIXELS_PER_INCH)
     FigureCanvasAgg(figure)
     return figure
 
