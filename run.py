@@ -194,12 +194,11 @@ def set_up() -> None:
     usable = is_python_313([str(PYTHON)]) and not cut_short
     if not usable:  # half written, or of a Python that is another or gone
         shutil.rmtree(VENV / ("Lib" if WINDOWS else "lib"), ignore_errors=True)
-    python = find_python()
+    python = [str(PYTHON)] if usable else find_python()
     uv = find_uv(python)
-    if python is None:
-        python = python_through_uv(uv)
-    say(f"Python 3.13: {' '.join(python)}")
     if not usable:
+        python = python or python_through_uv(uv)
+        say(f"Python 3.13: {' '.join(python)}")
         call([uv, "venv", "--quiet", "--allow-existing", "--python", real_path(python), VENV])
     say("Installing the locked packages")
     install = ["--python", str(PYTHON)]
