@@ -323,15 +323,20 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         name="Passes",
         description="How the spectrum is sampled by Cycles passes",
         items=(
-            ("FAST", "Light Basis", "Few passes, chosen for the light and the materials of this scene"),
+            (
+                "AUTOMATIC",
+                "As Few as Needed",
+                "Few passes, chosen for the light and the materials of this scene",
+            ),
+            ("NUMBER", "Number", "This many passes, chosen for the light and the materials of this scene"),
             ("REFERENCE", "Reference", "All 61 wavelengths from 400 to 700 nm, three a pass: 21 passes"),
         ),
     )
     passes: IntProperty(
         name="Wavelengths",
-        description="Light-basis passes, one wavelength each. 0: as few as keep the colours of this scene",
-        default=0,
-        min=0,
+        description="Number of passes; the materials of the scene are set to one wavelength in each",
+        default=5,
+        min=1,
         max=21,
     )
     samples: IntProperty(name="Samples", description="Samples per pixel of a full pass", default=128, min=1)
@@ -347,6 +352,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         description="Gaussian blur of both images before they are compared, in pixels: takes the noise out",
         min=0.0,
         soft_max=10.0,
+        precision=1,
+        subtype="PIXEL",
     )
     comparison: PointerProperty(type=SPECTRAL_PROBE_PG_comparison)
 

@@ -42,7 +42,7 @@ class SPECTRAL_PROBE_OT_render_spectral(JobOperator, bpy.types.Operator):
             None,
             directory,
             samples=settings.samples,
-            passes="all" if settings.plan == "REFERENCE" else settings.passes,
+            passes={"AUTOMATIC": None, "NUMBER": settings.passes, "REFERENCE": "all"}[settings.plan],
             rgb_twin=settings.rgb_twin,
         )
 

@@ -34,24 +34,40 @@ class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
         buttons.operator("spectral_probe.add_view", icon="ADD", text="")
         buttons.operator("spectral_probe.remove_view", icon="REMOVE", text="")
         if settings.active_view < len(settings.views):
-            _draw_view(layout, settings.views[settings.active_view])
+            view = settings.views[settings.active_view]
+            angles = settings_layout(layout)
+            angles.prop(view, "azimuth")
+            angles.prop(view, "elevation")
+            angles.prop(view, "roll")
+            angles.prop(view, "refine")
 
 
-def _draw_view(layout: bpy.types.UILayout, view: bpy.types.AnyType) -> None:
-    angles = settings_layout(layout)
-    angles.prop(view, "azimuth")
-    angles.prop(view, "elevation")
-    angles.prop(view, "roll")
-    angles.prop(view, "refine")
-    rows = max(2, min(4, len(view.photos)))
-    layout.template_list("SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows)
-    if view.active_photo < len(view.photos):
-        photo = view.photos[view.active_photo]
-        column = settings_layout(layout)
-        column.prop(photo, "path", text="File")
-        column.prop(photo, "exposure_s")
-        column.prop(photo, "iso")
-        column.prop(photo, "f_number")
+class SPECTRAL_PROBE_PT_photographs(InSidebar, bpy.types.Panel):
+    """The bracket of the active view."""
+
+    bl_label = "Photographs"
+    bl_parent_id = "SPECTRAL_PROBE_PT_capture"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be an active view."""
+        settings = context.scene.spectral_probe
+        return settings.active_view < len(settings.views)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the list, and the exposure of the active photograph."""
+        layout, settings = self.layout, context.scene.spectral_probe
+        view = settings.views[settings.active_view]
+        rows = max(2, min(4, len(view.photos)))
+        layout.template_list("SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows)
+        if view.active_photo < len(view.photos):
+            photo = view.photos[view.active_photo]
+            column = settings_layout(layout)
+            column.prop(photo, "path", text="File")
+            column.prop(photo, "exposure_s")
+            column.prop(photo, "iso")
+            column.prop(photo, "f_number")
 
 
 class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
@@ -106,7 +122,7 @@ class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
             layout.operator("spectral_probe.detect_ball", icon="VIEWZOOM")
             return
         view = settings.views[settings.active_view]
-        column.prop(view, "outline_source", expand=True)
+        column.row().prop(view, "outline_source", expand=True)
         if view.outline_source == "GIVEN":
             column.prop(view, "outline_px")
         detect = layout.row(align=True)

@@ -44,6 +44,14 @@ def row(column: bpy.types.UILayout, name: str, value: str) -> None:
     split.label(text=value)
 
 
+def cells(column: bpy.types.UILayout, *texts: str, active: bool = True) -> None:
+    """One row of a table of equal columns."""
+    grid = column.row()
+    grid.active = active
+    for text in texts:
+        grid.label(text=text)
+
+
 def settings_layout(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     """A column of settings, names on the left, nothing to be keyed."""
     column = layout.column()

@@ -1,10 +1,11 @@
 """Stages 3 and 4: the spectral probe, and the world it lights."""
 
 import math
+from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, duration, results, row, settings_layout
+from .main import InSidebar, cells, duration, results, row, settings_layout
 
 
 class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
@@ -16,10 +17,6 @@ class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
         """Draw the settings, the button and the results."""
         layout, settings = self.layout, context.scene.spectral_probe
         column = settings_layout(layout)
-        column.prop(settings, "families_automatic", text="Any Lamps")
-        families = column.column(heading="Lamps", align=True)
-        families.enabled = not settings.families_automatic
-        families.prop(settings, "families", expand=True)
         column.prop(settings, "method")
         column.prop(settings, "probe_width")
         column.prop(settings, "probe_directory")
@@ -33,13 +30,33 @@ def _draw_probe(column: bpy.types.UILayout, settings: bpy.types.AnyType) -> None
     row(column, "Panorama", f"{probe.width_px} x {probe.height_px} px")
     row(column, "Blind", f"{probe.blind_fraction:.2%}")
     row(column, "Time", duration(probe.seconds))
+    column.separator()
+    cells(column, "View", "Azimuth", "RMS", "Clipped", active=False)
     for view in settings.views:
         if view.has_probe:
-            column.separator()
-            column.label(text=view.name, icon="CAMERA_DATA")
-            row(column, "Azimuth", f"{math.degrees(view.probe_azimuth):.2f}°")
-            row(column, "Outline RMS", f"{view.probe_rms_px:.3f} px")
-            row(column, "Clipped", f"{view.clipped_fraction:.2%}")
+            cells(
+                column,
+                view.name,
+                f"{math.degrees(view.probe_azimuth):.1f}°",
+                f"{view.probe_rms_px:.2f} px",
+                f"{view.clipped_fraction:.1%}",
+            )
+
+
+class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
+    """Which lamp families may be present."""
+
+    bl_label = "Lamps"
+    bl_parent_id = "SPECTRAL_PROBE_PT_probe"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the families as a list of switches."""
+        settings = context.scene.spectral_probe
+        self.layout.prop(settings, "families_automatic", text="Any Lamps")
+        families = self.layout.column(align=True)
+        families.enabled = not settings.families_automatic
+        families.prop(settings, "families", expand=True)
 
 
 class SPECTRAL_PROBE_PT_world(InSidebar, bpy.types.Panel):

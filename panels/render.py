@@ -46,7 +46,7 @@ class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
         layout, settings = self.layout, context.scene.spectral_probe
         column = settings_layout(layout)
         column.prop(settings, "plan")
-        if settings.plan == "FAST":
+        if settings.plan == "NUMBER":
             column.prop(settings, "passes")
         column.prop(settings, "samples")
         column.prop(settings, "rgb_twin")

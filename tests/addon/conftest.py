@@ -38,7 +38,7 @@ def extension() -> Iterator[ModuleType]:
 
 
 @pytest.fixture
-def scene(extension: ModuleType) -> Any:
+def scene() -> Any:
     """The scene of a new file."""
     bpy.ops.wm.read_homefile(use_empty=False, use_factory_startup=True)
     return bpy.context.scene
@@ -49,8 +49,8 @@ def settings(scene: Any) -> Any:
     return scene.spectral_probe
 
 
-@pytest.fixture
-def in_extension(extension: ModuleType) -> Callable[[str], ModuleType]:
+@pytest.fixture(scope="module")
+def in_extension() -> Callable[[str], ModuleType]:
     """Import a module of the extension: not the same as the core's of that name, it is loaded twice."""
     import importlib
 

@@ -34,7 +34,7 @@ def test_register_unregister_register_leaves_nothing(extension):
     assert ours() == before
 
 
-def test_names_are_mechanical(extension):
+def test_names_are_mechanical():
     operators = [name for name in ours() if "_OT_" in name]
     assert operators
     for name in operators:
@@ -44,7 +44,7 @@ def test_names_are_mechanical(extension):
         assert not tooltip.endswith("."), f"{name}: Blender adds the full stop"
 
 
-def test_every_setting_has_a_tooltip(extension):
+def test_every_setting_has_a_tooltip():
     for name in ours():
         if "_PG_" not in name:
             continue

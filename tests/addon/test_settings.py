@@ -88,9 +88,10 @@ def test_ball_materials_are_names_or_fractions(in_extension, text, material):
     assert in_extension("operators.settings").material_from(text) == material
 
 
-def test_relative_paths_start_at_the_blend(in_extension, settings, tmp_path):
+@pytest.mark.usefixtures("scene")
+def test_relative_paths_start_at_the_blend(in_extension, tmp_path):
     module = in_extension("operators.settings")
-    with pytest.raises(Exception, match="Save the .blend first"):
+    with pytest.raises(Exception, match=r"Save the \.blend first"):
         module.folder_of("//probe", "probe")
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     assert module.folder_of("//probe", "probe") == tmp_path / "probe"

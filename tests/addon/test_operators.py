@@ -1,0 +1,305 @@
+"""Operators give what the functions behind them give, report what the user can put right, and say why they are grey."""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+ops = bpy.ops.spectral_probe
+
+
+def finish(job):
+    while True:
+        try:
+            next(job)
+        except StopIteration as stop:
+            return stop.value
+
+
+@pytest.fixture
+def imported(settings, capture_file):
+    assert ops.import_capture(filepath=str(capture_file)) == {"FINISHED"}
+    settings.probe_width = 64
+    return settings
+
+
+@pytest.fixture(scope="module")
+def probe_folder(tmp_path_factory, in_extension) -> Path:
+    """A probe of even daylight from everywhere."""
+    model, grid = in_extension("spectral_probe.model"), in_extension("spectral_probe.spectra.grid")
+    probe = in_extension("spectral_probe.probe")
+    weights = np.zeros((32, 64, 3), np.float32)
+    weights[..., 0] = 1
+    panorama = model.SpectralPanorama(
+        weights=weights,
+        bases=np.ones((1, 3, len(grid.WAVELENGTHS_NM))) * np.array([1.0, 0.5, 0.25])[:, None],
+        basis_index=np.zeros((32, 64), np.uint8),
+        wavelengths_nm=grid.WAVELENGTHS_NM,
+        valid=np.ones((32, 64), bool),
+        confidence=np.ones((32, 64), np.float32),
+    )
+    folder = tmp_path_factory.mktemp("probe")
+    finish(probe.write_outputs(probe.Probe(panorama, {"seconds": {}}), folder))
+    return folder
+
+
+@pytest.fixture
+def render_folder(tmp_path, in_extension) -> Path:
+    """A spectral render and its RGB twin, slightly too red."""
+    write_rgb = in_extension("spectral_probe.files.image_exr").write_rgb
+    to_xyz = in_extension("spectral_probe.spectra.colorimetry").rec709_to_xyz
+    rgb = np.full((24, 32, 3), 0.4, np.float32) + np.linspace(0, 0.2, 32, dtype=np.float32)[:, None]
+    write_rgb(tmp_path / "xyz.exr", to_xyz(rgb), ("X", "Y", "Z"))
+    write_rgb(tmp_path / "rgb.exr", rgb * np.array([1.1, 1.0, 1.0], np.float32))
+    return tmp_path
+
+
+# ---------------------------------------------------------------- capture
+
+
+def test_import_fills_the_settings(imported, capture_file, in_extension):
+    capture = in_extension("spectral_probe.files.capture").load_capture(capture_file)
+    assert in_extension("operators.settings").capture_from(imported) == capture
+    assert imported.capture_path == str(capture_file)
+    assert [view.name for view in imported.views] == ["view_0", "view_1"]
+
+
+def test_import_into_an_unsaved_blend_puts_folders_beside_the_capture(imported, capture_file):
+    assert Path(imported.probe_directory) == capture_file.parent / "probe"
+
+
+@pytest.mark.usefixtures("scene")
+def test_import_into_a_saved_blend_keeps_its_folders(capture_file, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    ops.import_capture(filepath=str(capture_file))
+    assert bpy.context.scene.spectral_probe.probe_directory == "//spectral_probe/probe/"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (None, "There is no capture file at .*nothing.toml. Check the path."),
+        ("[camera", "is not valid TOML: .* Correct that line."),
+        ("[camera]\nmodle = 1", 'there is no key "modle". Did you mean "model"?'),
+        ("", "has no view. Add a"),
+    ],
+)
+def test_import_reports_what_is_wrong_and_changes_nothing(imported, tmp_path, text, message):
+    path = tmp_path / "nothing.toml"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(RuntimeError, match=message):
+        ops.import_capture(filepath=str(path))
+    assert len(imported.views) == 2
+
+
+def test_a_saved_capture_is_the_imported_one(imported, capture_file, in_extension):
+    saved = capture_file.with_name("again.toml")
+    assert ops.save_capture(filepath=str(saved.with_suffix(""))) == {"FINISHED"}
+    load_capture = in_extension("spectral_probe.files.capture").load_capture
+    assert load_capture(saved) == load_capture(capture_file)
+    assert imported.capture_path == str(saved)
+
+
+def test_views_are_added_and_removed(settings, capture_file):
+    folder = str(capture_file.parent)
+    assert ops.add_view(directory=folder, files=[{"name": "view_0.exr"}, {"name": "view_1.exr"}]) == {
+        "FINISHED"
+    }
+    assert [Path(photo.path).name for photo in settings.views[0].photos] == ["view_0.exr", "view_1.exr"]
+    ops.add_view(directory=folder, files=[{"name": "view_1.exr"}])
+    assert (len(settings.views), settings.active_view) == (2, 1)
+    ops.remove_view()
+    assert (len(settings.views), settings.active_view, settings.views[0].name) == (1, 0, "view_0")
+    with pytest.raises(RuntimeError, match=r"There is no photograph .*lost\.dng"):
+        ops.add_view(directory=folder, files=[{"name": "lost.dng"}])
+
+
+# ---------------------------------------------------------------- ball and probe
+
+
+def test_detect_ball_shows_the_outline(imported):
+    assert ops.detect_ball() == {"FINISHED"}
+    view = imported.views[0]
+    assert view.has_outline
+    assert tuple(view.found_centre_px) == pytest.approx((80, 60))
+    assert tuple(view.found_semi_axes_px) == pytest.approx((50, 50))
+    picture = bpy.data.images["Spectral Probe Outline 1"]
+    assert tuple(picture.size) == (160, 120)
+    pixels = np.array(picture.pixels[:]).reshape(120, 160, 4)[::-1]
+    drawn = (pixels[..., 0] > 0.8) & (pixels[..., 1] < 0.4)
+    rows, columns = np.nonzero(drawn)
+    radius_px = np.hypot(columns + 0.5 - 80, rows + 0.5 - 60)
+    assert np.median(radius_px[radius_px > 20]) == pytest.approx(50, abs=1)
+
+
+def test_detect_ball_finds_it_and_gives_a_start_for_corrections(imported, in_extension):
+    imported.views[1].outline_source = "AUTOMATIC"
+    imported.views[1].outline_px = (0, 0, 0)
+    imported.active_view, imported.all_views = 1, False
+    assert ops.detect_ball() == {"FINISHED"}
+    assert not imported.views[0].has_outline
+    detected = in_extension("spectral_probe.geometry.outline").detect_outline(
+        [in_extension("spectral_probe.photo.read").read_photograph(Path(imported.views[1].photos[0].path))]
+    )
+    assert tuple(imported.views[1].found_centre_px) == pytest.approx(detected.centre_px)
+    assert tuple(imported.views[1].outline_px)[:2] == pytest.approx(detected.centre_px)
+    assert imported.views[1].found_rms_px == pytest.approx(detected.rms_px, rel=1e-5)
+
+
+def test_detect_ball_reports_a_ball_cut_by_the_frame(imported):
+    imported.views[0].outline_px = (20, 60, 50)
+    with pytest.raises(RuntimeError, match="ball"):
+        ops.detect_ball()
+    assert not any(view.has_outline for view in imported.views)
+
+
+def test_build_probe_gives_what_the_function_gives(imported, capture_file, in_extension):
+    assert ops.build_probe() == {"FINISHED"}
+    load_capture = in_extension("spectral_probe.files.capture").load_capture
+    read_probe = in_extension("spectral_probe.files.probe_exr").read_probe
+    expected = finish(in_extension("spectral_probe.probe").build_probe(load_capture(capture_file), 64))
+    written = read_probe(Path(imported.probe_directory) / "probe.exr")
+    np.testing.assert_array_equal(written.weights, expected.panorama.weights)
+    np.testing.assert_array_equal(written.valid, expected.panorama.valid)
+    assert (imported.probe.width_px, imported.probe.height_px) == (64, 32)
+    assert imported.probe.blind_fraction == pytest.approx(expected.report["blind_fraction"])
+    assert imported.views[1].probe_rms_px == pytest.approx(expected.report["views"][1]["outline_rms_px"])
+    assert imported.views[1].has_probe
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda settings: setattr(settings.views[1].photos[0], "path", ""), "lacks a photograph"),
+        (lambda settings: setattr(settings.views[1].photos[0], "path", "/lost.dng"), "lost.dng"),
+        (lambda settings: setattr(settings.camera, "model", "Nikon 5101 (NPL)"), 'Did you mean "Nikon 5100'),
+        (lambda settings: setattr(settings, "families", set()), "No lamp family is chosen"),
+        (lambda settings: setattr(settings, "ball_material", "Fe 0.7, Xx 0.3"), "Xx"),
+        (lambda settings: setattr(settings.camera, "focal_px", (0, 0)), "focal length in pixels is 0"),
+        (lambda settings: setattr(settings.views[0], "outline_px", (80, 60, 0)), "has no radius"),
+        (lambda settings: setattr(settings.views[0].photos[0], "exposure_s", 0), "exposure"),
+        (lambda settings: setattr(settings, "probe_width", 65), "even"),
+        (lambda settings: setattr(settings, "probe_directory", "//x"), r"Save the \.blend first"),
+        (lambda settings: setattr(settings, "probe_directory", settings.capture_path), "cannot be made"),
+    ],
+)
+def test_build_probe_reports_and_writes_nothing(imported, capture_file, spoil, message):
+    spoil(imported)
+    with pytest.raises(RuntimeError, match=message) as report:
+        ops.build_probe()
+    assert len(str(report.value).strip().splitlines()) == 1
+    assert not list((capture_file.parent / "probe").glob("*.exr"))
+    assert not imported.probe.width_px
+
+
+# ---------------------------------------------------------------- world, objects, render, comparison
+
+
+def test_light_world_lights_the_scene_with_the_panorama(scene, settings, probe_folder):
+    settings.probe_directory = str(probe_folder)
+    before = scene.world
+    assert ops.light_world() == {"FINISHED"}
+    assert scene.world != before
+    images = [node.image for node in scene.world.node_tree.nodes if node.type == "TEX_ENVIRONMENT"]
+    assert Path(images[0].filepath) == probe_folder / "world.exr"
+
+
+@pytest.mark.parametrize(
+    ("kind", "metal"), [("GOLD_PEDESTAL", "Au"), ("SILVER_BALL", "Ag"), ("COPPER_BALL", "Cu")]
+)
+def test_objects_are_of_measured_metal_and_stand_at_the_cursor(scene, kind, metal):
+    scene.cursor.location = (1, 2, 0)
+    before = set(scene.objects)
+    assert ops.add_object(kind=kind) == {"FINISHED"}
+    added = set(scene.objects) - before
+    assert bpy.context.active_object in added
+    assert bpy.context.selected_objects == [bpy.context.active_object]
+    settings = bpy.context.active_object.active_material.spectral_probe
+    assert (settings.kind, settings.metal) == ("METAL", metal)
+    assert tuple(bpy.context.active_object.location)[:2] == pytest.approx((1, 2))
+
+
+def test_render_gives_what_the_function_gives(scene, settings, probe_folder, tmp_path, in_extension):
+    scene.render.engine = "CYCLES"
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 16, 12, 100
+    bpy.data.materials["Material"].spectral_probe.kind = "METAL"
+    settings.probe_directory, settings.render_directory = str(probe_folder), str(tmp_path / "operator")
+    settings.plan, settings.passes, settings.samples = "NUMBER", 2, 1
+    assert ops.render_spectral() == {"FINISHED"}
+    read_rgb = in_extension("spectral_probe.files.image_exr").read_rgb
+    probe = in_extension("spectral_probe.files.probe_exr").read_probe(probe_folder / "probe.exr")
+    expected = finish(
+        in_extension("operators.bridge.cycles").spectral_render(
+            scene, probe, None, tmp_path / "function", samples=1, passes=2, rgb_twin=False
+        )
+    )
+    np.testing.assert_array_equal(
+        read_rgb(tmp_path / "operator" / "xyz.exr", ("X", "Y", "Z")), read_rgb(expected.xyz, ("X", "Y", "Z"))
+    )
+    assert (settings.render.passes, settings.render.samples, settings.render.has_rgb) == (2, 1, True)
+    assert settings.render.seconds > 0
+    assert (tmp_path / "operator" / "rgb.exr").is_file()
+
+
+def test_compare_gives_what_the_command_gives(settings, render_folder, tmp_path, in_extension):
+    settings.render_directory = str(render_folder)
+    assert ops.compare() == {"FINISHED"}
+    compare = in_extension("spectral_probe.commands").compare
+    numbers = finish(
+        compare(render_folder / "xyz.exr", render_folder / "rgb.exr", tmp_path / "function", 0.0)
+    )
+    assert settings.comparison.mean_de2000 == pytest.approx(numbers["image"]["raw"]["mean"])
+    assert settings.comparison.mean_de2000 > 1
+    assert tuple(settings.comparison.xy_shift) == pytest.approx(numbers["image"]["xy_shift"])
+    sheet = bpy.data.images["Spectral Probe Comparison"]
+    assert Path(sheet.filepath) == render_folder / "comparison" / "sheet.png"
+    assert sheet.size[0] > 1000
+
+
+# ---------------------------------------------------------------- grey buttons
+
+
+@pytest.mark.parametrize(
+    ("verb", "reason"),
+    [
+        ("save_capture", "Import a capture or add a view first"),
+        ("remove_view", "Import a capture or add a view first"),
+        ("detect_ball", "Import a capture or add a view first"),
+        ("build_probe", "Import a capture or add a view first"),
+        ("light_world", "Build the probe first"),
+        ("render_spectral", "Build the probe first"),
+        ("compare", "Render the scene spectrally first"),
+    ],
+)
+@pytest.mark.usefixtures("scene")
+def test_a_grey_button_says_why(verb, reason):
+    operator = getattr(ops, verb)
+    assert not operator.poll()
+    with pytest.raises(RuntimeError, match=reason):
+        operator()
+
+
+def test_rendering_needs_cycles(settings, probe_folder):
+    settings.probe_directory = str(probe_folder)
+    with pytest.raises(RuntimeError, match="Set the render engine to Cycles"):
+        ops.render_spectral()
+
+
+def test_comparing_needs_the_rgb_twin(settings, render_folder):
+    settings.render_directory = str(render_folder)
+    assert ops.compare.poll()
+    (render_folder / "rgb.exr").unlink()
+    with pytest.raises(RuntimeError, match="Render again with Also RGB on"):
+        ops.compare()
+
+
+def test_objects_are_added_in_object_mode(scene):
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        with pytest.raises(RuntimeError, match="Switch to object mode first"):
+            ops.add_object(kind="SILVER_BALL")
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    assert scene.objects
