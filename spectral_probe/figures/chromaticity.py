@@ -18,13 +18,16 @@ from ..spectra.colorimetry import chromaticity, spectra_to_xyz, white_xyz, xyz_t
 from ..spectra.colour_science import colour
 from ..spectra.library import planck
 from .display import Picture, srgb_encoded
-from .style import INK, RULE, SOFT_INK, VERMILION, axes_at, house_style, new_figure
+from .style import INK, PIXELS_PER_INCH, RULE, SOFT_INK, VERMILION, axes_at, house_style, new_figure
 
 WHOLE_DIAGRAM = (-0.02, 0.76, -0.03, 0.87)
 """Limits x0, x1, y0, y1 of the whole diagram."""
 
 KELVINS = (2000, 2500, 3000, 3500, 4000, 5000, 6500, 8000, 10000, 20000)
 """The colour temperatures marked on the Planckian locus of a close-up; every third on the whole diagram."""
+
+_NAME_RISES = (5.0, -11.0, 14.0, -20.0, 23.0, -29.0, 32.0, -38.0)
+"""Where a name may stand above or below its point, in points, the best place first."""
 
 PALENESS = 0.32
 """How much of a colour's distance from white is drawn, so that lines and letters stand out."""
@@ -87,9 +90,10 @@ def draw_chromaticity(axes: Axes, shifts: Sequence[ChromaticityShift]) -> None:
     axes.set_xlabel("x")
     axes.set_ylabel("y", rotation=0, labelpad=4)
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]) if close_up else MultipleLocator(0.2))
+        axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]) if close_up else MultipleLocator(0.2))
     for shift in shifts:
-        _draw_shift(axes, shift, points.mean(0))
+        _draw_shift(axes, shift)
+    _draw_names(axes, shifts)
     _draw_key(axes, any(shift.xy_rgb is not None for shift in shifts))
     if close_up:
         _draw_overview(axes, limits, points)
@@ -156,7 +160,8 @@ def _draw_diagram(axes: Axes, limits: tuple[float, float, float, float], ticks_k
     locus = planckian_locus(1e6 / np.linspace(20.0, 1e6 / 1400, 160))
     axes.plot(locus[:, 0], locus[:, 1], color=INK, linewidth=0.7, alpha=0.55, zorder=2)
     for kelvin, xy in zip(ticks_kelvin, planckian_locus(np.asarray(ticks_kelvin, float)), strict=True):
-        if limits[0] < xy[0] < limits[1] and limits[2] < xy[1] < limits[3]:
+        inside = (xy - (limits[0], limits[2])) / (limits[1] - limits[0], limits[3] - limits[2])
+        if 0.02 < inside[0] < 0.85 and 0.06 < inside[1] < 0.98:  # room for its label below and to the right
             axes.plot(*xy, marker="|", markersize=5, color=INK, alpha=0.55, zorder=2)
             axes.annotate(
                 f"{kelvin} K",
@@ -166,7 +171,6 @@ def _draw_diagram(axes: Axes, limits: tuple[float, float, float, float], ticks_k
                 fontsize=5.5,
                 color=SOFT_INK,
                 ha="left",
-                annotation_clip=True,
                 zorder=2,
             )
     white = chromaticity(white_xyz("D65"))
@@ -193,9 +197,8 @@ def diagram_colours(limits: tuple[float, float, float, float], pixels: int = 240
     return np.asarray(np.rint(255 * (1 - (1 - rgb) * PALENESS)), np.uint8)
 
 
-def _draw_shift(axes: Axes, shift: ChromaticityShift, middle: FloatArray) -> None:
-    """The two points, the arrow between them, and the name on the outer side."""
-    start = np.asarray(shift.xy_spectral)
+def _draw_shift(axes: Axes, shift: ChromaticityShift) -> None:
+    """The two points and the arrow between them."""
     if shift.xy_rgb is not None:
         axes.annotate(
             "",
@@ -219,18 +222,64 @@ def _draw_shift(axes: Axes, shift: ChromaticityShift, middle: FloatArray) -> Non
             markeredgewidth=1.3,
             zorder=5,
         )
-    axes.plot(*start, "o", markersize=5, color=INK, zorder=6)
-    side = 1 if start[0] >= middle[0] else -1
-    axes.annotate(
-        shift.name,
-        shift.xy_spectral,
-        xytext=(7 * side, 6),
-        textcoords="offset points",
-        fontsize=8,
-        color=INK,
-        ha="left" if side > 0 else "right",
-        zorder=6,
-    )
+    axes.plot(*shift.xy_spectral, "o", markersize=5, color=INK, zorder=6)
+
+
+def _draw_names(axes: Axes, shifts: Sequence[ChromaticityShift]) -> None:
+    """Each object's name beside its spectral point, at the first of several places that is free."""
+    points_per_pixel = 72.0 / PIXELS_PER_INCH
+    right_edge = axes.bbox.x1 * points_per_pixel
+    marks = _points(shifts)
+    taken = [_Box(x - 4, x + 4, y - 4, y + 4) for x, y in axes.transData.transform(marks) * points_per_pixel]
+    for shift in shifts:
+        x, y = axes.transData.transform(shift.xy_spectral) * points_per_pixel
+        width = 5.2 * len(shift.name)
+        boxes = {
+            (side, rise): _Box(
+                x + (7 if side > 0 else -7 - width),
+                x + (7 + width if side > 0 else -7),
+                y + rise - 1,
+                y + rise + 7,
+            )
+            for rise in _NAME_RISES
+            for side in (1, -1)
+        }
+        free = [
+            place
+            for place, box in boxes.items()
+            if box.right < right_edge and not any(box.meets(other) for other in taken)
+        ]
+        side, rise = free[0] if free else (1, _NAME_RISES[0])
+        taken.append(boxes[side, rise])
+        axes.annotate(
+            shift.name,
+            shift.xy_spectral,
+            xytext=(7 * side, rise),
+            textcoords="offset points",
+            fontsize=8,
+            color=INK,
+            ha="left" if side > 0 else "right",
+            zorder=6,
+        )
+
+
+@dataclass(frozen=True)
+class _Box:
+    """A rectangle on the page, in points."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+    def meets(self, other: _Box) -> bool:
+        """Whether the two overlap."""
+        return (
+            self.left < other.right
+            and other.left < self.right
+            and self.bottom < other.top
+            and other.bottom < self.top
+        )
 
 
 def _draw_key(axes: Axes, has_rgb: bool) -> None:

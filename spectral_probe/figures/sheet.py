@@ -141,7 +141,9 @@ def _draw_light(page: _Page, content: SheetContent, top_in: float, height_in: fl
     spectra = list(content.spectra[:3])
     axes = None
     if content.panorama is not None:
-        page.caption("Recovered light", _MARGIN_IN, top_in, "compass bearing and elevation")
+        page.caption(
+            "Recovered light", _MARGIN_IN, top_in, "compass bearing and elevation; hatched where not seen"
+        )
         axes = axes_at(page.figure, _MARGIN_IN, top_in + _CAPTION_IN, _PANORAMA_IN, height_in)
         draw_panorama(axes, content.panorama)
     for index, plot in enumerate(spectra):

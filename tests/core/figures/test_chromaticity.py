@@ -89,3 +89,17 @@ def test_shifts_of_a_comparison():
     assert (shift.name, shift.xy_rgb) == ("left", comparison.objects[0].xy_rgb)
     (whole,) = shifts_of(compare_images(image, image))
     assert whole.name == "image"
+
+
+def test_names_of_close_objects_do_not_cover_each_other():
+    crowd = [ChromaticityShift(f"ball {n}", (0.35 + 0.0004 * n, 0.34)) for n in range(6)]
+    figure = chromaticity_figure(crowd)
+    renderer = figure.canvas.get_renderer()
+    names = [
+        text.get_window_extent(renderer)
+        for text in figure.axes[0].texts
+        if text.get_text().startswith("ball")
+    ]
+    assert len(names) == 6
+    assert not any(a.overlaps(b) for n, a in enumerate(names) for b in names[:n])
+    assert all(name.x1 <= figure.bbox.width for name in names)
