@@ -145,6 +145,7 @@ def spectrum(
         found.spectrum,
         measured,
         np.stack([found.spectrum - found.error, found.spectrum + found.error]),
+        band_label="± 1 standard error",
         title=f"Light from {at[0]:g}°, elevation {at[1]:g}°",
     )
     for suffix in (".png", ".svg"):

@@ -43,7 +43,7 @@ from .photo.merge import merge
 from .photo.read import read_photograph
 from .render.layers import light_layers
 from .spectra.camera import camera_sensitivities
-from .spectra.colorimetry import spectra_to_xyz, xyz_to_rec709
+from .spectra.colorimetry import panorama_xyz, xyz_to_rec709
 from .spectra.grid import WAVELENGTHS_NM
 from .spectra.recovery import SpectralRecovery, spectral_recovery
 
@@ -188,12 +188,6 @@ def compose(
     )
 
 
-def panorama_xyz(panorama: SpectralPanorama) -> FloatArray:
-    """Tristimulus values (H, W, 3) of a panorama's spectra, from its weights without its spectra in memory."""
-    per_basis = spectra_to_xyz(panorama.bases).astype(np.float32)
-    return np.asarray(np.einsum("hwk,hwkc->hwc", panorama.weights, per_basis[panorama.basis_index]))
-
-
 def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
     """Write probe.exr, spectral.exr, layers.exr, world.exr, preview.png and report.json, each whole or not at all."""
     from .figures.panorama import panorama_preview, write_png
@@ -282,4 +276,4 @@ def _negative_fraction(panorama: SpectralPanorama) -> float:
     """Share of spectral samples below zero (only the paper's method leaves any)."""
     basis = panorama.bases[0].astype(np.float32)
     count: int = sum(int(((panorama.weights @ column) < 0).sum()) for column in basis.T)
-    return count / (panorama.valid.size * basis.shape[-1])
+    return float(count / (panorama.valid.size * basis.shape[-1]))

@@ -7,22 +7,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..model import BoolArray, FloatArray, SpectralPanorama
-from ..spectra.colorimetry import spectra_to_xyz
-from ..spectra.grid import resample
+from ..spectra.colorimetry import panorama_xyz
 from .display import Picture, exposure_for_key, tone_map, write_png
 from .style import SOFT_INK, hatching
 
-__all__ = ["draw_panorama", "hatch_invalid", "panorama_preview", "panorama_xyz", "tone_map", "write_png"]
-
-
-def panorama_xyz(panorama: SpectralPanorama) -> FloatArray:
-    """Tristimulus values of every direction, (H, W, 3) float32: the weights times the bases' own XYZ."""
-    bases_xyz = spectra_to_xyz(resample(panorama.wavelengths_nm, panorama.bases, name="the panorama"))
-    xyz = np.zeros((*panorama.valid.shape, 3), np.float32)
-    for index, basis_xyz in enumerate(bases_xyz.astype(np.float32)):
-        uses = panorama.basis_index == index
-        xyz[uses] = panorama.weights[uses] @ basis_xyz
-    return xyz
+__all__ = ["draw_panorama", "hatch_invalid", "panorama_preview", "tone_map", "write_png"]
 
 
 def panorama_preview(

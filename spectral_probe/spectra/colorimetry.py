@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import SpectralDataError
-from ..model import FloatArray
+from ..model import FloatArray, SpectralPanorama
 from .colour_science import colour
-from .grid import STEP_NM, WAVELENGTHS_NM
+from .grid import STEP_NM, WAVELENGTHS_NM, resample
 
 _OBSERVER = "CIE 1931 2 Degree Standard Observer"
 
@@ -72,6 +72,16 @@ def spectra_to_xyz(spectra: FloatArray) -> FloatArray:
         (..., 3).
     """
     return spectra @ (colour_matching_functions() * STEP_NM).astype(spectra.dtype)
+
+
+def panorama_xyz(panorama: SpectralPanorama) -> FloatArray:
+    """Tristimulus values of every direction of a panorama, (H, W, 3) float32: the weights times the bases' own XYZ."""
+    bases_xyz = spectra_to_xyz(resample(panorama.wavelengths_nm, panorama.bases, name="the panorama"))
+    xyz = np.zeros((*panorama.valid.shape, 3), np.float32)
+    for index, basis_xyz in enumerate(bases_xyz.astype(np.float32)):
+        uses = panorama.basis_index == index
+        xyz[uses] = panorama.weights[uses] @ basis_xyz
+    return xyz
 
 
 @cache

@@ -84,8 +84,8 @@ class SpectralRecovery:
         """
         responses = np.asarray(responses, np.float32)
         inverse = self._interpolated(self.inverses, cos_incidence)
-        weights = np.einsum("...c,...ck->...k", responses, inverse)
-        return weights if self.safe_weights is None else self._non_negative(weights)
+        weights: FloatArray = np.einsum("...c,...ck->...k", responses, inverse)
+        return self._non_negative(weights) if self.safe_weights is not None else weights
 
     def _interpolated(self, table: FloatArray, cos_incidence: FloatArray) -> FloatArray:
         position = np.clip(np.asarray(cos_incidence, np.float32), 0.0, 1.0) * (len(table) - 1)

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from spectral_probe.figures.panorama import draw_panorama, panorama_preview, panorama_xyz
+from spectral_probe.figures.panorama import draw_panorama, panorama_preview
 from spectral_probe.figures.style import house_style, new_figure
 from spectral_probe.model import SpectralPanorama
-from spectral_probe.spectra.colorimetry import illuminant, spectra_to_xyz
+from spectral_probe.spectra.colorimetry import illuminant, panorama_xyz, spectra_to_xyz
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 
 
