@@ -1,0 +1,1 @@
+"""Arrays to and from Blender data: the only place that knows Cycles."""

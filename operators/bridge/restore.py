@@ -1,0 +1,62 @@
+"""Changing Blender data for a while, and putting it back exactly."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import bpy
+
+
+@contextmanager
+def changed(owner: bpy.types.bpy_struct, **values: Any) -> Iterator[None]:
+    """Set properties of a Blender structure while the block runs, in the order given.
+
+    They come back in the same order: what a format allows depends on the properties before.
+    """
+    before = {name: getattr(owner, name) for name in values}
+    try:
+        for name, value in values.items():
+            setattr(owner, name, value)
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(owner, name, value)
+
+
+@contextmanager
+def stand_in(original: bpy.types.ID, replacement: bpy.types.ID) -> Iterator[None]:
+    """Let every user of a datablock use another one while the block runs, then remove the other.
+
+    This reaches every kind of use alike: slots of meshes and of objects, overrides, geometry nodes.
+    """
+    original.user_remap(replacement)
+    try:
+        yield
+    finally:
+        replacement.user_remap(original)
+        remove(replacement)
+
+
+def remove(datablock: bpy.types.ID) -> None:
+    """Remove a temporary datablock."""
+    bpy.data.batch_remove([datablock])
+
+
+def in_scene(scene: bpy.types.Scene, datablocks: Any) -> list[Any]:
+    """Those of the datablocks that the scene uses, however indirectly."""
+    users = bpy.data.user_map()
+    reached: dict[bpy.types.ID, bool] = {}
+
+    def reaches(datablock: bpy.types.ID) -> bool:
+        pending, seen = [datablock], {datablock}
+        while pending:
+            current = pending.pop()
+            if current == scene or reached.get(current):
+                reached[datablock] = True
+                return True
+            new = users.get(current, set()) - seen
+            seen |= new
+            pending.extend(new)
+        return False
+
+    return [datablock for datablock in datablocks if reaches(datablock)]

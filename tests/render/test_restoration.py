@@ -1,0 +1,145 @@
+"""The scene comes back exactly: after success, after an error in mid-render, and after the job is closed early."""
+
+import numpy as np
+import pytest
+
+import bpy
+
+# What Blender itself changes by rendering, or what only says when something was changed.
+VOLATILE = {"rna_type", "bl_rna", "is_evaluated", "tag", "session_uid", "depsgraph", "preview", "original", "is_updated"}
+
+
+def dump(owner, depth=0, seen=None):
+    """All readable RNA properties of a structure, recursively; datablocks by type, name and address."""
+    seen = set() if seen is None else seen
+    found = {}
+    for prop in owner.bl_rna.properties:
+        if prop.identifier in VOLATILE:
+            continue
+        if prop.identifier == "use_nodes":
+            continue  # reading it warns: Blender 6 will not have it
+        value = getattr(owner, prop.identifier)
+        found[prop.identifier] = plain(value, prop, depth, seen)
+    return found
+
+
+def plain(value, prop, depth, seen):
+    if prop.type == "COLLECTION":
+        return [item(v, depth, seen) for v in value]
+    if prop.type == "POINTER":
+        return None if value is None else item(value, depth, seen)
+    if hasattr(value, "__len__") and not isinstance(value, str | set):
+        return np.array(value).tolist()
+    return value
+
+
+def item(value, depth, seen):
+    identity = (type(value).__name__, getattr(value, "name", ""), value.as_pointer())
+    owned = not isinstance(value, bpy.types.ID) or value.is_embedded_data
+    if not owned or depth > 6 or identity in seen:
+        return identity
+    return identity, dump(value, depth + 1, seen | {identity})
+
+
+def everything(scene):
+    materials = [dump(m) for m in bpy.data.materials]
+    objects = [
+        [(s.name, s.link, s.material.as_pointer() if s.material else 0) for s in o.material_slots] for o in scene.objects
+    ]
+    data = [(type(o.data).__name__, o.data.as_pointer()) if o.data else None for o in scene.objects]
+    return {
+        "scene": dump(scene),
+        "world": dump(scene.world) if scene.world else None,
+        "materials": materials,
+        "groups": [dump(g) for g in bpy.data.node_groups],
+        "objects": objects,
+        "data": data,
+        "datablocks": sorted(
+            (type(d).__name__, d.name, d.users) for collection in collections() for d in collection
+        ),
+    }
+
+
+def collections():
+    return [
+        getattr(bpy.data, p.identifier)
+        for p in bpy.data.bl_rna.properties
+        if p.type == "COLLECTION" and p.identifier != "libraries"
+    ]
+
+
+@pytest.fixture
+def furnished(scene, ball):
+    """A scene with all that is swapped: shared and object-level materials, groups, links, animation, a lamp, a world."""
+    scene.cycles.samples = 7
+    scene.world = bpy.data.worlds.new("Own")
+    textured = ball("ShaderNodeBsdfPrincipled")
+    tree = textured.node_tree
+    checker = tree.nodes.new("ShaderNodeTexChecker")
+    tree.links.new(checker.outputs["Color"], tree.nodes["Shader"].inputs["Base Color"])
+    tree.nodes["Shader"].inputs["Coat Tint"].keyframe_insert("default_value", frame=1)
+    first = bpy.context.object
+    metal = ball("ShaderNodeBsdfGlossy", (1.0, 1.0, 0.0))
+    metal.spectral_probe.kind, metal.spectral_probe.metal = "METAL", "Cu"
+    second = bpy.context.object
+    shared = bpy.data.objects.new("Shared mesh", first.data)
+    scene.collection.objects.link(shared)
+    shared.material_slots[0].link = "OBJECT"
+    shared.material_slots[0].material = metal
+    second.data.materials.append(None)
+
+    group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+    group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    inner, output = group.nodes.new("ShaderNodeEmission"), group.nodes.new("NodeGroupOutput")
+    group.links.new(inner.outputs[0], output.inputs[0])
+    grouped = bpy.data.materials.new("Grouped")
+    node = grouped.node_tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = group
+    surface = next(n for n in grouped.node_tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"]
+    grouped.node_tree.links.new(node.outputs[0], surface)
+    second.data.materials.append(grouped)
+
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "AREA"))
+    scene.collection.objects.link(lamp)
+    scene.view_layers[0].material_override = None
+    scene.view_layers.new("Other")
+    bpy.context.view_layer.update()
+    return scene
+
+
+@pytest.mark.parametrize("passes", [3, "all"])
+def test_after_success(furnished, bridge, extension, uniform_light, tmp_path, passes):
+    before = everything(furnished)
+    furnished.render.resolution_percentage = before["scene"]["render"][1]["resolution_percentage"]
+    job = bridge.spectral_render(
+        furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=passes, rgb_twin=passes == 3
+    )
+    result = extension("spectral_probe.model").finish(job)
+    assert everything(furnished) == before
+    named = " ".join(result.warnings)
+    assert 'Lamp "Lamp"' in named
+    assert 'Material "Grouped" emits light' in named
+    assert 'View layer "Other"' in named
+
+
+def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, tmp_path, monkeypatch):
+    before = everything(furnished)
+    job = bridge.spectral_render(furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=3)
+    for _ in range(3):
+        next(job)
+    monkeypatch.setattr(bridge, "_rgb_channels", None)  # an error no one foresaw
+    with pytest.raises(TypeError):
+        for _ in job:
+            pass
+    assert everything(furnished) == before
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3])
+def test_after_closing_early(furnished, bridge, uniform_light, tmp_path, steps):
+    before = everything(furnished)
+    job = bridge.spectral_render(furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=3)
+    for _ in range(steps):
+        next(job)
+    job.close()
+    assert everything(furnished) == before
+    assert not (tmp_path / "image.exr").exists()
