@@ -59,7 +59,7 @@ class JobOperator(ReportsErrors):
 
     def run(self, context: bpy.types.Context) -> OperatorResult:
         """Block until the job is done: the driver for background and scripts."""
-        with closing(self.job(context)) as job, _progress_shown(context, self.bl_idname):
+        with closing(self.job(context)) as job, _progress_shown(context, type(self).bl_idname):
             while not isinstance(step := advance(job), Finished):
                 _show(context, step)
         self.done(context, step.result)
@@ -95,7 +95,7 @@ class JobOperator(ReportsErrors):
             self._job = opened.enter_context(closing(self.job(context)))
             if self.in_thread:  # leaving it waits for its step: a generator that runs cannot be closed
                 self._worker = opened.enter_context(ThreadPoolExecutor(max_workers=1))
-            opened.enter_context(_progress_shown(context, self.bl_idname))
+            opened.enter_context(_progress_shown(context, type(self).bl_idname))
             timer = context.window_manager.event_timer_add(_TICK_S, window=context.window)
             opened.callback(context.window_manager.event_timer_remove, timer)
             context.window_manager.modal_handler_add(self)

@@ -6,12 +6,13 @@ from .capture import (
     SPECTRAL_PROBE_PT_ball,
     SPECTRAL_PROBE_PT_camera,
     SPECTRAL_PROBE_PT_capture,
+    SPECTRAL_PROBE_PT_lamps,
     SPECTRAL_PROBE_PT_photographs,
 )
 from .lists import SPECTRAL_PROBE_UL_photos, SPECTRAL_PROBE_UL_views
 from .main import SPECTRAL_PROBE_PT_main
 from .material import SPECTRAL_PROBE_PT_material
-from .probe import SPECTRAL_PROBE_PT_lamps, SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
+from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
 from .render import SPECTRAL_PROBE_PT_compare, SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
 
 register, unregister = bpy.utils.register_classes_factory(
@@ -22,9 +23,9 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_capture,
         SPECTRAL_PROBE_PT_photographs,
         SPECTRAL_PROBE_PT_camera,
+        SPECTRAL_PROBE_PT_lamps,
         SPECTRAL_PROBE_PT_ball,
         SPECTRAL_PROBE_PT_probe,
-        SPECTRAL_PROBE_PT_lamps,
         SPECTRAL_PROBE_PT_world,
         SPECTRAL_PROBE_PT_objects,
         SPECTRAL_PROBE_PT_render,

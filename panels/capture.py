@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, results, row, settings_layout
+from .main import InSidebar, job_button, results, row, settings_layout
 
 
 class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
@@ -107,6 +107,22 @@ class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
             grid.prop(camera, "distortion", index=index, text=name)
 
 
+class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
+    """Which lamp families may be present."""
+
+    bl_label = "Lamps"
+    bl_parent_id = "SPECTRAL_PROBE_PT_capture"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the families as a list of switches."""
+        settings = context.scene.spectral_probe
+        self.layout.prop(settings, "families_automatic", text="Any Lamps")
+        families = self.layout.column(align=True)
+        families.enabled = not settings.families_automatic
+        families.prop(settings, "families", expand=True)
+
+
 class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
     """The mirrored ball and its outline in the photographs."""
 
@@ -119,14 +135,14 @@ class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
         column.prop(settings, "ball_radius")
         column.prop(settings, "ball_material")
         if settings.active_view >= len(settings.views):
-            layout.operator("spectral_probe.detect_ball", icon="VIEWZOOM")
+            job_button(layout, context, "spectral_probe.detect_ball", "VIEWZOOM")
             return
         view = settings.views[settings.active_view]
         column.row().prop(view, "outline_source", expand=True)
         if view.outline_source == "GIVEN":
             column.prop(view, "outline_px")
         detect = layout.row(align=True)
-        detect.operator("spectral_probe.detect_ball", icon="VIEWZOOM")
+        job_button(detect, context, "spectral_probe.detect_ball", "VIEWZOOM")
         detect.prop(settings, "all_views", toggle=True)
         if view.has_outline:
             _draw_outline(results(layout), view)

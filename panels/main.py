@@ -13,7 +13,7 @@ class InSidebar:
 
 
 class SPECTRAL_PROBE_PT_main(bpy.types.Panel):
-    """The parent of the stages; shows the job that runs."""
+    """The parent of the stages."""
 
     bl_label = "Spectral Probe"
     bl_space_type = "VIEW_3D"
@@ -21,11 +21,16 @@ class SPECTRAL_PROBE_PT_main(bpy.types.Panel):
     bl_category = "Spectral Probe"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw the progress of the job that runs, if one does."""
-        job = context.window_manager.spectral_probe
-        if job.operator:
-            self.layout.progress(factor=job.fraction, text=job.message or "Starting")
-            self.layout.label(text="ESC stops it")
+        """Draw nothing: the stages say it all."""
+
+
+def job_button(layout: bpy.types.UILayout, context: bpy.types.Context, operator: str, icon: str) -> None:
+    """The button of a long job; its progress while it runs."""
+    running = context.window_manager.spectral_probe
+    if running.operator == operator:
+        layout.progress(factor=running.fraction, text=running.message or "Starting")
+    else:
+        layout.operator(operator, icon=icon)
 
 
 def results(layout: bpy.types.UILayout) -> bpy.types.UILayout:

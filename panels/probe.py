@@ -1,11 +1,10 @@
 """Stages 3 and 4: the spectral probe, and the world it lights."""
 
 import math
-from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, cells, duration, results, row, settings_layout
+from .main import InSidebar, cells, duration, job_button, results, row, settings_layout
 
 
 class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
@@ -20,7 +19,7 @@ class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
         column.prop(settings, "method")
         column.prop(settings, "probe_width")
         column.prop(settings, "probe_directory")
-        layout.operator("spectral_probe.build_probe", icon="LIGHTPROBE_SPHERE")
+        job_button(layout, context, "spectral_probe.build_probe", "LIGHTPROBE_SPHERE")
         if settings.probe.width_px:
             _draw_probe(results(layout), settings)
 
@@ -41,22 +40,6 @@ def _draw_probe(column: bpy.types.UILayout, settings: bpy.types.AnyType) -> None
                 f"{view.probe_rms_px:.2f} px",
                 f"{view.clipped_fraction:.1%}",
             )
-
-
-class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
-    """Which lamp families may be present."""
-
-    bl_label = "Lamps"
-    bl_parent_id = "SPECTRAL_PROBE_PT_probe"
-    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
-
-    def draw(self, context: bpy.types.Context) -> None:
-        """Draw the families as a list of switches."""
-        settings = context.scene.spectral_probe
-        self.layout.prop(settings, "families_automatic", text="Any Lamps")
-        families = self.layout.column(align=True)
-        families.enabled = not settings.families_automatic
-        families.prop(settings, "families", expand=True)
 
 
 class SPECTRAL_PROBE_PT_world(InSidebar, bpy.types.Panel):

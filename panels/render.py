@@ -2,7 +2,7 @@
 
 import bpy
 
-from .main import InSidebar, duration, results, row, settings_layout
+from .main import InSidebar, duration, job_button, results, row, settings_layout
 
 
 class SPECTRAL_PROBE_PT_objects(InSidebar, bpy.types.Panel):
@@ -53,7 +53,7 @@ class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
         column.prop(settings, "render_directory")
         if context.scene.render.engine != "CYCLES":
             layout.prop(context.scene.render, "engine")
-        layout.operator("spectral_probe.render_spectral", icon="RENDER_STILL")
+        job_button(layout, context, "spectral_probe.render_spectral", "RENDER_STILL")
         if settings.render.passes:
             _draw_render(results(layout), settings.render)
 
@@ -77,7 +77,7 @@ class SPECTRAL_PROBE_PT_compare(InSidebar, bpy.types.Panel):
         layout, settings = self.layout, context.scene.spectral_probe
         comparison = settings.comparison
         settings_layout(layout).prop(settings, "comparison_blur_px")
-        layout.operator("spectral_probe.compare", icon="IMAGE_DATA")
+        job_button(layout, context, "spectral_probe.compare", "IMAGE_DATA")
         if comparison.directory:
             column = results(layout)
             row(column, "Mean ΔE 2000", f"{comparison.mean_de2000:.2f}")

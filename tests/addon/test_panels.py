@@ -4,7 +4,7 @@ import bpy
 import pytest
 
 PANELS = (
-    "main", "capture", "photographs", "camera", "ball", "probe", "lamps", "world", "objects", "render", "compare",
+    "capture", "photographs", "camera", "ball", "probe", "lamps", "world", "objects", "render", "compare",
 )  # fmt: skip
 
 
@@ -52,7 +52,7 @@ def filled(settings):
 def test_every_widget_has_its_property(name, state, drawn, request, capfd):
     if state == "filled":
         request.getfixturevalue("filled")
-    assert drawn(panel(name)) or name == "main" or (name, state) == ("photographs", "empty")
+    assert drawn(panel(name)) or (name, state) == ("photographs", "empty")
     written = "".join(capfd.readouterr())
     assert "not found" not in written, written
 
@@ -95,14 +95,24 @@ def test_results_are_hidden_before_there_are_any(drawn):
     assert not [text for text in texts(drawn(panel("compare"))) if "ΔE" in text]
 
 
-def test_a_running_job_shows_its_progress(drawn):
+@pytest.mark.parametrize(
+    ("name", "verb"),
+    [
+        ("ball", "detect_ball"),
+        ("probe", "build_probe"),
+        ("render", "render_spectral"),
+        ("compare", "compare"),
+    ],
+)
+def test_a_running_job_shows_its_progress_in_place_of_its_button(name, verb, drawn):
     running = bpy.context.window_manager.spectral_probe
-    running.operator, running.fraction, running.message = "spectral_probe.build_probe", 0.4, "View 2 of 3"
+    running.operator, running.fraction, running.message = f"spectral_probe.{verb}", 0.4, "View 2 of 3"
     try:
-        assert "View 2 of 3" in texts(drawn(panel("main")))
+        assert "View 2 of 3" in texts(drawn(panel(name)))
+        assert not [called for called in operators(drawn(panel(name))) if f".{verb}(" in called]
     finally:
         bpy.context.window_manager.property_unset("spectral_probe")
-    assert drawn(panel("main")) == []
+    assert "View 2 of 3" not in texts(drawn(panel(name)))
 
 
 @pytest.mark.parametrize(
