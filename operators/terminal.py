@@ -1,7 +1,7 @@
 """Blender's own messages kept off the terminal while a verb of the command line works.
 
-Blender's C++ side writes to file descriptor 1, which Python's `sys.stdout` knows nothing of; so the
-descriptor itself is pointed elsewhere. Progress goes to standard error and is not touched.
+Blender writes some through Python's `sys.stdout` and some, from C++, straight to file descriptor 1; so both are
+pointed elsewhere. Progress goes to standard error and is not touched.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import ctypes
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
 
 _STANDARD_OUTPUT = 1
 
@@ -21,9 +22,9 @@ def blender_silenced() -> Iterator[None]:
     _flush()
     kept = os.dup(_STANDARD_OUTPUT)
     try:
-        with open(os.devnull, "wb") as nowhere:  # noqa: PTH123  (the null device is no path)
+        with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
             os.dup2(nowhere.fileno(), _STANDARD_OUTPUT)
-        yield
+            yield
     finally:
         _flush()
         os.dup2(kept, _STANDARD_OUTPUT)

@@ -150,11 +150,14 @@ def _enclosing_triangle(points: FloatArray) -> FloatArray:
     extent = max(float(np.ptp(points, axis=0).max()), 1e-12)
     scale = max(extent, _SMALLEST_EXTENT * max(float(np.abs(centre).max()), 1e-3))
     unit = (points - centre) / scale
-    square = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * 0.05
+    square = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * 0.003
     hull = cv2.convexHull(unit.astype(np.float32)).reshape(-1, 2)
     # A small square about every corner of the hull keeps thin hulls (two kinds of light) from a flat triangle.
     thick = (hull[:, None] + square).reshape(-1, 2).astype(np.float32)
-    area, found = cv2.minEnclosingTriangle(thick[:, None])
+    try:
+        area, found = cv2.minEnclosingTriangle(thick[:, None])
+    except cv2.error:  # it fails on some hulls that are nearly a square: light of one colour
+        area, found = 0.0, None
     triangle = _widened(np.asarray(found, float).reshape(3, 2)) if found is not None and area > 0 else None
     if triangle is None or not _encloses(triangle, hull):
         (x, y), half = (thick.min(0) + thick.max(0)) / 2, float(np.ptp(thick, axis=0).max())

@@ -1,0 +1,165 @@
+"""`blender --command spectral_probe VERB ...` and the batch script: same verbs, clear errors, a clean terminal."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def run(in_extension):
+    return in_extension("operators.command_line").run
+
+
+@pytest.fixture
+def probe_file(tmp_path, in_extension) -> Path:
+    """A probe of even light from everywhere."""
+    wavelengths_nm = in_extension("spectral_probe.spectra.grid").WAVELENGTHS_NM
+    weights = np.zeros((16, 32, 3), np.float32)
+    weights[..., 0] = 1
+    panorama = in_extension("spectral_probe.model").SpectralPanorama(
+        weights=weights,
+        bases=np.ones((1, 3, len(wavelengths_nm))),
+        basis_index=np.zeros((16, 32), np.uint8),
+        wavelengths_nm=wavelengths_nm,
+        valid=np.ones((16, 32), bool),
+        confidence=np.ones((16, 32), np.float32),
+    )
+    path = tmp_path / "probe.exr"
+    in_extension("spectral_probe.files.probe_exr").write_probe(path, panorama)
+    return path
+
+
+@pytest.fixture
+def scene_file(scene, tmp_path) -> Path:
+    scene.render.engine = "CYCLES"
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 16, 12, 100
+    scene.cycles.samples = 1
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def test_render_writes_its_files_and_prints_only_json(run, scene_file, probe_file, tmp_path, capfd):
+    out = tmp_path / "out"
+    words = ["render", str(scene_file), "--probe", str(probe_file), "-o", str(out), "--passes", "2", "--json"]
+    capfd.readouterr()
+    assert run(words) == 0
+    printed = capfd.readouterr()
+    numbers = json.loads(printed.out)
+    assert (numbers["passes"], numbers["samples"]) == (2, 1)
+    assert numbers == {**json.loads((out / "report.json").read_text()), "written": str(out)}
+    assert {"xyz.exr", "image.exr", "rgb.exr", "plan.json", "report.json"} <= {
+        path.name for path in out.iterdir()
+    }
+    assert "Pass 2 of 2" in printed.err
+    assert "Saved" not in printed.err
+
+
+def test_render_takes_frame_samples_and_no_rgb(run, scene_file, probe_file, tmp_path, capfd):
+    out = tmp_path / "out"
+    words = ["render", str(scene_file), "--probe", str(probe_file), "-o", str(out), "--passes", "1", "--json"]
+    assert run([*words, "--frame", "7", "--samples", "2", "--no-rgb"]) == 0
+    numbers = json.loads(capfd.readouterr().out.splitlines()[-1])
+    assert (numbers["frame"], numbers["samples"]) == (7, 2)
+    assert not (out / "rgb.exr").exists()
+
+
+@pytest.mark.parametrize(
+    ("scene_name", "probe_name", "message"),
+    [
+        ("lost.blend", "probe.exr", "There is no scene at"),
+        ("broken.blend", "probe.exr", "broken.blend cannot be opened"),
+        ("scene.blend", "lost.exr", "lost.exr"),
+    ],
+)
+@pytest.mark.usefixtures("scene_file", "probe_file")
+def test_bad_input_is_one_line_and_status_2(run, tmp_path, capfd, scene_name, probe_name, message):
+    (tmp_path / "broken.blend").write_text("not a scene")
+    capfd.readouterr()
+    words = [
+        "render",
+        str(tmp_path / scene_name),
+        "--probe",
+        str(tmp_path / probe_name),
+        "-o",
+        str(tmp_path / "out"),
+    ]
+    assert run(words) == 2
+    printed = capfd.readouterr()
+    assert printed.out == ""
+    assert message in printed.err.splitlines()[-1]
+    assert "Traceback" not in printed.err
+    assert not list(tmp_path.glob("out/*.exr"))
+
+
+def test_eevee_is_refused_with_a_reason(run, scene, probe_file, tmp_path, capfd):
+    scene.render.engine = "BLENDER_EEVEE"
+    path = tmp_path / "eevee.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    assert run(["render", str(path), "--probe", str(probe_file), "-o", str(tmp_path / "out")]) == 2
+    assert "Cycles" in capfd.readouterr().err.splitlines()[-1]
+
+
+def test_verbs_of_the_core_work_inside_blender_too(run, capture_file, tmp_path, capfd):
+    assert run(["probe", str(capture_file), "-o", str(tmp_path / "out"), "--width", "64", "--json"]) == 0
+    assert json.loads(capfd.readouterr().out.splitlines()[-1])["width"] == 64
+    assert (tmp_path / "out" / "world.exr").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "status"), [(["--help"], 0), (["render", "--help"], 0), (["rendr"], 2), ([], 2)]
+)
+def test_words_the_parser_answers_itself(run, words, status):
+    assert run(words) == status
+
+
+def test_silence_ends_with_its_block(in_extension, capfd):
+    with in_extension("operators.terminal").blender_silenced():
+        os.write(1, b"from the C side\n")
+        sys.stdout.write("from Python\n")
+    os.write(1, b"afterwards\n")
+    assert capfd.readouterr().out == "afterwards\n"
+
+
+def batch(script: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run a script as `blender --background --python SCRIPT -- WORDS` does, with the extension enabled."""
+    start = (
+        "import bpy, addon_utils, runpy, sys\n"
+        "addon_utils.enable('bl_ext.user_default.spectral_probe')\n"
+        "runpy.run_path(sys.argv[1], run_name='__main__')\n"
+    )
+    return subprocess.run(
+        [sys.executable, "-c", start, str(script), "--", *words],
+        capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
+
+
+def test_the_batch_script_goes_from_photographs_to_comparison(project_root, capture_file, tmp_path):
+    script = project_root / "sample_scenes" / "batch_render.py"
+    out = tmp_path / "out"
+    done = batch(script, str(capture_file), str(out), "--samples", "1", "--width", "64", "--size", "16", "12")
+    assert done.returncode == 0, done.stderr
+    for name in (
+        "probe/probe.exr",
+        "render/xyz.exr",
+        "render/rgb.exr",
+        "render/comparison/sheet.png",
+        "scene.blend",
+    ):
+        assert (out / name).is_file(), name
+    assert "RGB differs from spectral by dE2000" in done.stdout
+
+
+def test_the_batch_script_says_what_is_wrong(project_root, tmp_path):
+    done = batch(
+        project_root / "sample_scenes" / "batch_render.py", str(tmp_path / "lost.toml"), str(tmp_path)
+    )
+    assert done.returncode == 2
+    assert "There is no capture file at" in done.stderr
+    assert "Traceback" not in done.stderr
