@@ -19,7 +19,9 @@ def object_masks(scene: bpy.types.Scene, objects: Sequence[bpy.types.Object]) ->
     height, width = _size(scene)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     camera = scene.camera
-    top_right, _, bottom_left, top_left = (camera.matrix_world @ corner for corner in camera.data.view_frame(scene=scene))
+    top_right, _, bottom_left, top_left = (
+        camera.matrix_world @ corner for corner in camera.data.view_frame(scene=scene)
+    )
     origin = camera.matrix_world.translation
     names = {target.name for target in objects}
     masks = {name: np.zeros((height, width), bool) for name in sorted(names)}

@@ -296,26 +296,29 @@ def _under_d65(reflectance: Array) -> Array:
     return rec709 @ np.linalg.inv(working_to_rec709()).T
 
 
+def metal_colours(metal: str) -> tuple[Array, Array]:
+    """Base colour and edge tint (3,) of a metal for the Metallic BSDF's F82 model, in the working space, under D65.
+
+    The F82 model (Kutz, Hasan & Edmondson 2021) is Schlick's approximation times the tint at cos = 1/7.
+    """
+    n, k = _index(metal)
+    facing, edge = (_under_d65(fresnel_reflectance(n, k, np.array(cosine))) for cosine in (1.0, 1.0 / 7.0))
+    schlick = facing + (1.0 - facing) * (6.0 / 7.0) ** 5
+    return np.clip(facing, 0.0, 1.0), np.clip(edge / schlick, 0.0, 1.0)
+
+
 def _ordinary(copy: bpy.types.Material, trees: list[bpy.types.NodeTree]) -> None:
     """Make a material's copy the RGB twin of its spectral one."""
     kind, metal, path = _settings(copy)
     if not trees:
         return
     if kind == "METAL":
-        n, k = _index(metal)
-        facing, edge = (
-            _under_d65(fresnel_reflectance(n, k, np.array(cosine))) for cosine in (1.0, 1.0 / 7.0)
-        )
-        # The F82 model (Kutz, Hasan & Edmondson 2021) is Schlick's approximation times the tint at cos = 1/7.
-        schlick = facing + (1.0 - facing) * (6.0 / 7.0) ** 5
+        facing, tint = metal_colours(metal)
         for tree, node in metal_nodes(trees):
             node.fresnel_type = "F82"
-            for socket, colour in (
-                (node.inputs["Base Color"], facing),
-                (node.inputs["Edge Tint"], edge / schlick),
-            ):
+            for socket, colour in ((node.inputs["Base Color"], facing), (node.inputs["Edge Tint"], tint)):
                 unlink(tree, socket)
-                set_value(socket, np.clip(colour, 0.0, 1.0))
+                set_value(socket, colour)
     elif kind == "REFLECTANCE":
         colour = np.maximum(_under_d65(_reflectance(path)), 0.0)
         for tree, socket in measured_sockets(trees):

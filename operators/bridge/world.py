@@ -19,6 +19,9 @@ ROTATION_NODE = "Spectral Probe Rotation"
 LIGHT_NODE = "Spectral Probe Light"
 ENVIRONMENT_NODE = "Spectral Probe Panorama"
 
+FINEST_IMPORTANCE_MAP = 2048
+"""Width of the map by which Cycles samples the light; finer panoramas are sampled by this one."""
+
 type Array = np.ndarray[Any, Any]
 
 
@@ -117,6 +120,10 @@ def temporary_light(scene: bpy.types.Scene, height: int, width: int) -> Iterator
         world.animation_data_clear()
         world.node_tree.animation_data_clear()
         _build(world, image, rotation, strength)
+        if world.cycles.sampling_method == "AUTOMATIC":
+            # By itself Cycles makes an importance map of half a million directions, in over a second, at every new light.
+            world.cycles.sampling_method = "MANUAL"
+            world.cycles.sample_map_resolution = min(max(width, 16), FINEST_IMPORTANCE_MAP)
         stack.enter_context(changed(scene, world=world))
 
         def set_pixels(pixels: Array) -> None:

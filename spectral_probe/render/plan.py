@@ -174,11 +174,11 @@ def _interpolation(nodes: Sequence[int], covariance: FloatArray) -> FloatArray:
 
 
 def _expected_error(nodes: Sequence[int], covariance: FloatArray, metric: FloatArray) -> float:
-    difference = -_interpolation(nodes, covariance).T  # (L, P)
-    error = np.zeros_like(covariance)
-    error[:, list(nodes)] = difference
-    error[np.diag_indices_from(error)] += 1.0
-    return float(np.einsum("lm,lm->", error @ covariance @ error.T, metric))
+    """Expected squared error of the interpolation, up to a constant: E[e G e] for e = t - W t_nodes."""
+    weights = _interpolation(nodes, covariance)
+    weighed = weights @ metric
+    explained = (weighed * covariance[list(nodes)]).sum()
+    return float((weighed @ weights.T * covariance[np.ix_(nodes, nodes)]).sum() - 2.0 * explained)
 
 
 def _add_node(nodes: list[int], covariance: FloatArray, metric: FloatArray) -> list[int]:
