@@ -186,11 +186,12 @@ def compare(spectral_path: Path, rgb_path: Path, directory: Path, blur_px: float
     comparison = compare_images(spectral, rgb, blur_px=blur_px)
     write_comparison(directory / "compare.json", comparison)
     yield Progress(0.5, "Drawing the sheet")
-    _draw_comparison(directory, comparison, spectral, rgb)
+    draw_comparison(directory, comparison, spectral, rgb)
     return {**comparison_report(comparison), "written": str(directory)}
 
 
-def _draw_comparison(directory: Path, comparison: Comparison, spectral: FloatArray, rgb: FloatArray) -> None:
+def draw_comparison(directory: Path, comparison: Comparison, spectral: FloatArray, rgb: FloatArray) -> None:
+    """Draw sheet, dE2000 map and xy diagram into a folder, as PNG and SVG."""
     from .figures.chromaticity import chromaticity_figure, shifts_of
     from .figures.difference import delta_e_figure
     from .figures.sheet import SheetContent, comparison_sheet

@@ -20,7 +20,7 @@ from .files.spectral_exr import write_spectral_panorama
 from .geometry.ball import fit_ball
 from .geometry.camera import camera_for
 from .geometry.frames import camera_to_world, panorama_solid_angles
-from .geometry.outline import check_in_frame, detect_outline, outline_from_circle
+from .geometry.outline import check_in_frame, detect_outlines, outline_from_circle
 from .geometry.panorama import ViewPanorama, view_panorama
 from .geometry.stitch import fill_unseen, view_weights
 from .model import (
@@ -155,7 +155,7 @@ def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
         check_in_frame(outline, (width, height))
         outlines = [outline] * len(photographs)
     else:
-        outlines = [detect_outline(photographs)]
+        outlines = detect_outlines(photographs)
     camera = camera_for(capture.camera, photographs[0])
     image = merge(align(photographs, outlines), exposures)
     return MeasuredView(
@@ -178,7 +178,7 @@ def compose(
     valid: BoolArray = np.any([view.valid for view in views], axis=0)
     known: BoolArray = shares.sum(0) > 0.5
     return SpectralPanorama(
-        weights=fill_unseen(weights, known),
+        weights=fill_unseen(recovery.non_negative(weights), known),
         bases=recovery.basis[None].copy(),
         basis_index=np.zeros((height, width), np.uint8),
         wavelengths_nm=WAVELENGTHS_NM,

@@ -68,7 +68,7 @@ class SpectralRecovery:
         return np.asarray(np.linalg.inv(mixing))
 
     def weights(self, responses: FloatArray, cos_incidence: FloatArray) -> FloatArray:
-        """Weights of the basis for camera responses (eq. 10).
+        """Weights of the basis for camera responses (eq. 10): spectra, not yet without negative parts.
 
         Parameters
         ----------
@@ -80,22 +80,26 @@ class SpectralRecovery:
         Returns
         -------
         ndarray
-            (..., 3) float32. Spectra are per nm in units of the responses.
+            (..., 3) float32. Spectra are per nm in units of the responses. `non_negative` is the next step.
         """
         responses = np.asarray(responses, np.float32)
         inverse = self._interpolated(self.inverses, cos_incidence)
-        weights: FloatArray = np.einsum("...c,...ck->...k", responses, inverse)
-        return self._non_negative(weights) if self.safe_weights is not None else weights
+        return np.asarray(np.einsum("...c,...ck->...k", responses, inverse))
 
     def _interpolated(self, table: FloatArray, cos_incidence: FloatArray) -> FloatArray:
         position = np.clip(np.asarray(cos_incidence, np.float32), 0.0, 1.0) * (len(table) - 1)
         lower = np.minimum(position.astype(np.intp), len(table) - 2)
-        share = (position - lower)[..., *(None,) * (table.ndim - 1)]
+        share = (position - lower.astype(np.float32))[..., *(None,) * (table.ndim - 1)]
         table = table.astype(np.float32)
-        return table[lower] + share * (table[lower + 1] - table[lower])
+        return np.asarray(table[lower] + share * (table[lower + 1] - table[lower]))
 
-    def _non_negative(self, weights: FloatArray) -> FloatArray:
-        """Move spectra that dip below zero towards a positive one of the same size, just as far as it takes."""
+    def non_negative(self, weights: FloatArray) -> FloatArray:
+        """Move spectra that dip below zero towards a positive one of the same size, just as far as it takes.
+
+        The paper's method leaves them as they are.
+        """
+        if self.safe_weights is None:
+            return weights
         safe = np.asarray(self.safe_weights, np.float32)
         basis = self.basis.astype(np.float32)
         safe_spectrum = safe @ basis

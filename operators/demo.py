@@ -1,0 +1,139 @@
+"""The main job on the bundled sample: photographs of a ball in a gym to a spectral render of gold, silver and copper."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..spectral_probe.errors import CaptureError
+from ..spectral_probe.model import Job, Progress, SpectralPanorama, part
+
+type Numbers = dict[str, Any]
+
+SAMPLE = Path(__file__).resolve().parents[1] / "sample_scenes" / "gym"
+_WIDTH = 1024
+_SAMPLES = 96
+_BLUR_PX = 3.0
+
+
+def demo(directory: Path) -> Job[Numbers]:
+    """Recover the sample's light, render metals in it spectrally and in RGB, and compare.
+
+    Leaves in the folder: probe/ (the panorama), spectra/ (a lamp and a window against the truth), render/ (the spectral
+    image and its RGB twin), comparison/ (dE2000 map, xy diagram, numbers) and sheet.png with all of it.
+    """
+    from ..spectral_probe.commands import check_folder, probe
+    from ..spectral_probe.files.probe_exr import read_probe
+
+    truth = _truth()
+    check_folder(directory)
+    recovered = yield from part(probe(SAMPLE / "capture.toml", directory / "probe", _WIDTH), 0.0, 0.3)
+    panorama = read_probe(directory / "probe" / "probe.exr")
+    spectra = yield from part(_spectra(directory, truth), 0.3, 0.36)
+    rendered, masks = yield from part(_render(directory / "render", panorama), 0.36, 0.94)
+    yield Progress(0.94, "Comparing")
+    compared = _compare(directory, panorama, spectra, rendered, masks)
+    return {
+        "blind fraction": recovered["blind_fraction"],
+        **{f"{name}, GFC against the truth": numbers["gfc"] for name, numbers in spectra.items()},
+        **{f"{name}, relative RMSE": numbers["relative_rmse"] for name, numbers in spectra.items()},
+        "spectral render, seconds": rendered["seconds_spectral"],
+        "RGB render, seconds": rendered["seconds_rgb"],
+        "passes": rendered["passes"],
+        "colour difference": compared,
+        "written": str(directory),
+    }
+
+
+def _truth() -> dict[str, Any]:
+    """The sample's lamps and windows; both recommended ones have a bearing and a true spectrum."""
+    path = SAMPLE / "truth" / "scene.json"
+    if not path.is_file():
+        raise CaptureError(f"The bundled sample is not in {SAMPLE}. Get a whole copy of the project.")
+    return dict(json.loads(path.read_text("utf-8")))
+
+
+def _spectra(directory: Path, truth: dict[str, Any]) -> Job[dict[str, Numbers]]:
+    """The spectrum of one lamp and one window beside the true one (figs. 10 and 11)."""
+    from ..spectral_probe.commands import spectrum
+
+    found: dict[str, Numbers] = {}
+    for index, name in enumerate(("lamp", "window")):
+        at = (truth["demo"][name]["azimuth_deg"], truth["demo"][name]["elevation_deg"])
+        measured = SAMPLE / "truth" / f"{name}.csv"
+        job = spectrum(directory / "probe" / "probe.exr", at, measured, directory / "spectra", 0.5)
+        found[name] = yield from part(job, index / 2, (index + 1) / 2)
+    return found
+
+
+def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, dict[str, Any]]]:
+    """Gold pedestal, silver ball and copper ball in the recovered light, spectrally and in RGB (fig. 12)."""
+    from .bridge.cycles import spectral_render
+    from .bridge.masks import object_masks
+    from .bridge.objects import demo_scene
+
+    yield Progress(0.0, "Setting up the scene")
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = bpy.context.scene
+    objects = demo_scene(scene)
+    yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.95)
+    yield Progress(0.95, "Finding the objects in the image")
+    masks = object_masks(scene, objects)
+    bpy.ops.wm.save_as_mainfile(filepath=str(directory / "demo.blend"), copy=True, compress=True)
+    return json.loads((directory / "report.json").read_text("utf-8")), masks
+
+
+def _compare(
+    directory: Path,
+    panorama: SpectralPanorama,
+    spectra: dict[str, Numbers],
+    rendered: Numbers,
+    masks: dict[str, Any],
+) -> Numbers:
+    from ..spectral_probe.commands import draw_comparison, read_xyz
+    from ..spectral_probe.figures.panorama import panorama_preview
+    from ..spectral_probe.figures.sheet import SheetContent, comparison_sheet
+    from ..spectral_probe.figures.style import save_figure
+    from ..spectral_probe.render.compare import compare_images, write_comparison
+
+    spectral, rgb = read_xyz(directory / "render" / "xyz.exr"), read_xyz(directory / "render" / "rgb.exr")
+    comparison = compare_images(spectral, rgb, object_masks=masks, blur_px=_BLUR_PX)
+    folder = directory / "comparison"
+    write_comparison(folder / "compare.json", comparison)
+    draw_comparison(folder, comparison, spectral, rgb)
+    content = SheetContent(
+        comparison,
+        spectral,
+        rgb,
+        title="Gold, silver and copper in a gym",
+        subtitle="Light recovered from photographs of a mirrored ball; rendered by Cycles spectrally and in RGB",
+        panorama=panorama_preview(panorama),
+        spectra=[_plot(name, numbers) for name, numbers in spectra.items()],
+        numbers={
+            "spectral render": f"{rendered['seconds_spectral']:.1f} s, {rendered['passes']} passes",
+            "RGB render": f"{rendered['seconds_rgb']:.1f} s",
+            "samples": str(rendered["samples"]),
+        },
+    )
+    for suffix in (".png", ".svg"):
+        save_figure(comparison_sheet(content), directory / f"sheet{suffix}")
+    return {
+        region.name: {"mean dE2000": region.differences.mean, "p95 dE2000": region.differences.p95}
+        for region in (comparison.image, *comparison.objects)
+    }
+
+
+def _plot(name: str, numbers: Numbers) -> Any:
+    from ..spectral_probe.figures.spectrum import SpectrumPlot
+
+    table = np.genfromtxt(numbers["csv"], delimiter=",", names=True)
+    return SpectrumPlot(
+        name.capitalize(),
+        table["wavelength_nm"],
+        table["radiance"],
+        table["measured"],
+        bearing_deg=(numbers["azimuth_deg"], numbers["elevation_deg"]),
+        measured_label="true",
+    )

@@ -1,0 +1,149 @@
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from spectral_probe.cli import main
+from spectral_probe.files.image_exr import write_rgb
+from spectral_probe.files.probe_exr import write_probe
+from spectral_probe.geometry.frames import bearing_to_direction, panorama_directions
+from spectral_probe.model import Progress, SpectralPanorama
+from spectral_probe.spectra.basis import principal_components
+from spectral_probe.spectra.grid import WAVELENGTHS_NM
+from spectral_probe.spectra.library import planck, training_lights
+
+
+@pytest.fixture
+def probe_file(tmp_path):
+    """A panorama with one filament lamp at bearing 330, elevation -10, in daylight."""
+    basis = principal_components(training_lights(["incandescent", "daylight"]), 3)
+    lamp = panorama_directions(64, 128) @ bearing_to_direction(330, -10) > np.cos(np.radians(8))
+    spectra = np.where(lamp[..., None], 50 * planck(2850.0), training_lights(["daylight"])[6])
+    valid = np.ones((64, 128), bool)
+    valid[:4] = False
+    panorama = SpectralPanorama(
+        (spectra @ basis.T).astype(np.float32),
+        basis[None],
+        np.zeros((64, 128), np.uint8),
+        WAVELENGTHS_NM,
+        valid,
+        np.full((64, 128), 0.9, np.float32),
+    )
+    write_probe(tmp_path / "probe.exr", panorama)
+    return tmp_path / "probe.exr"
+
+
+def run(capsys, *words):
+    code = main([str(word) for word in words])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_spectrum_of_a_lamp(probe_file, tmp_path, capsys):
+    measured = tmp_path / "lamp.csv"
+    rows = [f"{nm:g},{value:g}" for nm, value in zip(WAVELENGTHS_NM, planck(2850.0), strict=True)]
+    measured.write_text("wavelength_nm,radiance\n" + "\n".join(rows))
+    code, out, _ = run(capsys, "spectrum", probe_file, "--at", "-30,-10", "--measured", measured, "--json")
+    numbers = json.loads(out)
+    assert code == 0
+    assert numbers["gfc"] > 0.999
+    assert numbers["relative_rmse"] < 0.03
+    assert numbers["cct_kelvin"] == pytest.approx(2850, abs=80)  # the basis is for mixed light, not for this lamp alone
+    table = np.genfromtxt(numbers["csv"], delimiter=",", names=True)
+    assert table["radiance"] == pytest.approx(50 * planck(2850.0), rel=0.03, abs=2.5)
+    for suffix in (".csv", ".png", ".svg"):
+        assert (tmp_path / f"spectrum_330_-10{suffix}").stat().st_size > 500
+
+
+def test_a_direction_nobody_saw(probe_file, capsys):
+    code, out, err = run(capsys, "spectrum", probe_file, "--at", "0,90")
+    assert (code, out) == (2, "")
+    assert err.splitlines()[-1].startswith("No view saw the direction 0,90 unclipped.")
+
+
+def test_compare(tmp_path, capsys):
+    rng = np.random.default_rng(14)
+    image = rng.uniform(0.1, 1, size=(20, 30, 3)).astype(np.float32)
+    write_rgb(tmp_path / "xyz.exr", image, ("X", "Y", "Z"))
+    write_rgb(tmp_path / "other.exr", image * 1.05, ("X", "Y", "Z"))
+    code, out, _ = run(capsys, "compare", tmp_path / "xyz.exr", tmp_path / "other.exr", "-o", tmp_path / "out", "--json")
+    assert code == 0
+    assert 0.5 < json.loads(out)["image"]["raw"]["mean"] < 5
+    names = {file.name for file in (tmp_path / "out").iterdir()}
+    assert {"compare.json", "sheet.png", "sheet.svg", "delta_e.png", "chromaticity.png"} <= names
+
+
+def test_renders_of_different_sizes(tmp_path, capsys):
+    write_rgb(tmp_path / "a.exr", np.ones((4, 4, 3)))
+    write_rgb(tmp_path / "b.exr", np.ones((4, 6, 3)))
+    code, _, err = run(capsys, "compare", tmp_path / "a.exr", tmp_path / "b.exr", "-o", tmp_path / "out")
+    assert code == 2
+    assert err.splitlines()[-1] == "a.exr is 4 x 4 pixels, b.exr is 6 x 4. Compare renders of one size."
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_capture_writes_nothing(tmp_path, capsys):
+    code, out, err = run(capsys, "probe", tmp_path / "none.toml", "-o", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert err == f"There is no capture file at {tmp_path / 'none.toml'}. Check the path.\n"
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["spectrum", "p.exr", "--at", "north"], '"north" is no bearing'),
+        (["spectrum", "p.exr", "--at", "10,95"], "not between -90 and 90"),
+        (["render", "a.blend", "--probe", "p.exr", "-o", "x", "--passes", "0"], "no whole number above 0"),
+        (["prob", "a.toml"], "invalid choice: 'prob'"),
+        (["probe", "a.toml"], "the following arguments are required: -o/--output"),
+        (["compare", "a.exr", "b.exr", "-o", "x", "--blur", "-1"], "not a number from 0 up"),
+    ],
+)
+def test_wrong_words_get_one_line_and_exit_2(words, line, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    err = capsys.readouterr().err
+    assert left.value.code == 2
+    assert line.lower() in err.lower()
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("verb", ["demo", "probe", "spectrum", "render", "compare"])
+def test_help_has_an_example(verb, capsys):
+    with pytest.raises(SystemExit) as left:
+        main([verb, "--help"])
+    assert left.value.code == 0
+    assert f"Example: spectral-probe {verb}" in capsys.readouterr().out
+
+
+def test_blenders_verbs_are_called_with_the_arguments(tmp_path, capsys):
+    def render(arguments):
+        yield Progress(0.5, "rendering")
+        return {"passes": arguments.passes, "scene": arguments.scene.name}
+
+    words = ["render", "a.blend", "--probe", "p.exr", "-o", str(tmp_path), "--passes", "all", "--json"]
+    assert main(words, {"render": render}) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out) == {"passes": "all", "scene": "a.blend"}
+    assert err == " 50% rendering\n"
+
+
+def test_an_interrupted_verb_says_so(tmp_path, capsys):
+    def render(_):
+        yield Progress(0.1, "rendering")
+        raise KeyboardInterrupt
+
+    assert main(["render", "a.blend", "--probe", "p.exr", "-o", str(tmp_path)], {"render": render}) == 130
+    assert "Stopped" in capsys.readouterr().err
+
+
+def test_the_installed_command(tmp_path):
+    code = "import sys; from spectral_probe.cli import main; sys.exit(main())"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "probe", tmp_path / "x.toml", "-o", tmp_path], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1

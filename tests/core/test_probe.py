@@ -1,0 +1,78 @@
+"""The whole pipeline from photographs to a panorama, against a simulated capture whose truth is known."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import OpenEXR
+import pytest
+
+from spectral_probe.errors import CaptureError
+from spectral_probe.files.capture import load_capture
+from spectral_probe.files.probe_exr import read_layers, read_probe
+from spectral_probe.model import Capture, finish
+from spectral_probe.probe import build_probe, write_outputs
+
+
+@pytest.fixture(scope="module")
+def gym(shared_dir, tmp_path_factory):
+    """A probe of the simulated gym, built and written once."""
+    folder = tmp_path_factory.mktemp("gym")
+    probe = finish(build_probe(load_capture(shared_dir / "captures" / "gym" / "capture.toml"), width=512))
+    finish(write_outputs(probe, folder))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def score(gym, shared_dir):
+    command = [sys.executable, shared_dir / "tools" / "score_probe.py", shared_dir / "captures" / "gym" / "truth", gym, "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def test_lamps_are_where_they_are(score):
+    assert score["lamp_direction_deg"]["median"] <= 0.3
+    assert score["lamp_direction_deg"]["max"] <= 0.6
+
+
+@pytest.mark.parametrize("region", ["lamps", "windows"])
+def test_lights_have_their_spectra(score, region):
+    assert score[region]["gfc_median"] >= 0.999
+    assert score[region]["dE_light_median"] <= 1.0
+
+
+def test_everything_else_has_its_spectrum(score):
+    assert score["everything else"]["gfc_median"] >= 0.98
+    assert score["everything else"]["negative_fraction"] == 0
+
+
+def test_the_ball_is_found_within_a_seventh_of_a_pixel(gym):
+    radius_px = 5720.267 * np.tan(np.arcsin(0.05 / 0.8))
+    for view in json.loads((gym / "report.json").read_text())["views"]:
+        assert view["centre_px"] == pytest.approx([400, 400], abs=0.15)
+        assert view["radius_px"] == pytest.approx([radius_px] * 2, abs=0.15)
+        assert view["distance_m"] == pytest.approx(0.8, rel=1e-3)
+
+
+def test_every_file_is_there_and_they_agree(gym):
+    names = {file.name for file in gym.iterdir()}
+    assert names == {"probe.exr", "spectral.exr", "layers.exr", "world.exr", "report.json", "preview.png"}
+    panorama, layers = read_probe(gym / "probe.exr"), read_layers(gym / "layers.exr")
+    spectra = np.einsum("hwk,hwkl->hwl", panorama.weights, panorama.bases[panorama.basis_index])
+    from_layers = layers.weights @ layers.spectra
+    assert layers.weights.min() >= 0
+    assert np.linalg.norm(from_layers - spectra) < 2e-3 * np.linalg.norm(spectra)
+    world = OpenEXR.File(str(gym / "world.exr"), separate_channels=True).channels()
+    assert set(world) == {"R", "G", "B"}
+    assert world["R"].pixels.dtype == np.float32
+    report = json.loads((gym / "report.json").read_text())
+    assert {"blind_fraction", "width", "seconds", "views"} <= set(report)
+    assert report["blind_fraction"] < 0.01
+
+
+def test_an_empty_capture_and_a_silly_width_are_refused():
+    with pytest.raises(CaptureError, match="has no view"):
+        finish(build_probe(Capture(views=())))
+    with pytest.raises(CaptureError, match="even number"):
+        finish(build_probe(Capture(views=()), width=333))
