@@ -14,7 +14,8 @@ type Numbers = dict[str, Any]
 
 SAMPLE = Path(__file__).resolve().parents[1] / "sample_scenes" / "gym"
 _WIDTH = 1024
-_SAMPLES = 96
+_SIZE_PX = (640, 420)
+_SAMPLES = 64
 _BLUR_PX = 3.0
 
 
@@ -61,7 +62,8 @@ def _spectra(directory: Path, truth: dict[str, Any]) -> Job[dict[str, Numbers]]:
 
     found: dict[str, Numbers] = {}
     for index, name in enumerate(("lamp", "window")):
-        at = (truth["demo"][name]["azimuth_deg"], truth["demo"][name]["elevation_deg"])
+        light = truth["recommended"][name]
+        at = (light["bearing_deg"], light["elevation_deg"])
         measured = SAMPLE / "truth" / f"{name}.csv"
         job = spectrum(directory / "probe" / "probe.exr", at, measured, directory / "spectra", 0.5)
         found[name] = yield from part(job, index / 2, (index + 1) / 2)
@@ -77,12 +79,18 @@ def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, d
     yield Progress(0.0, "Setting up the scene")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
-    objects = demo_scene(scene)
+    demo_scene(scene)
+    scene.render.resolution_x, scene.render.resolution_y = _SIZE_PX
+    objects = [thing for thing in scene.objects if thing.type == "MESH" and _is_metal(thing)]
     yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.95)
     yield Progress(0.95, "Finding the objects in the image")
     masks = object_masks(scene, objects)
     bpy.ops.wm.save_as_mainfile(filepath=str(directory / "demo.blend"), copy=True, compress=True)
     return json.loads((directory / "report.json").read_text("utf-8")), masks
+
+
+def _is_metal(thing: bpy.types.Object) -> bool:
+    return any(slot.material is not None and slot.material.spectral_probe.kind == "METAL" for slot in thing.material_slots)
 
 
 def _compare(
