@@ -41,7 +41,7 @@ class SPECTRAL_PROBE_OT_compare(JobOperator, bpy.types.Operator):
         """Keep the numbers in the scene and show the sheet."""
         settings = context.scene.spectral_probe
         keep_comparison(settings, result)
-        show(context, Path(result["written"]) / "sheet.png", "Comparison")
+        show(Path(result["written"]) / "sheet.png", "Comparison")
         self.report(
             {"INFO"}, f"RGB differs from spectral by ΔE {settings.comparison.mean_de2000:.2f} on average"
         )

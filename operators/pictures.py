@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -9,26 +10,42 @@ import bpy
 NAME_PREFIX = "Spectral Probe "
 
 
-def show(context: bpy.types.Context, path: Path, name: str) -> bpy.types.Image:
+def show(path: Path, name: str) -> bpy.types.Image:
     """Load a picture under a name of ours, in place of an earlier one, and show it.
 
     An open image editor is used if there is one, else a new window; in background the picture is only loaded.
     """
     image = _loaded(path, NAME_PREFIX + name)
-    if bpy.app.background or context.window is None:
-        return image
-    editors = [
-        area
-        for window in context.window_manager.windows
-        for area in window.screen.areas
-        if area.type == "IMAGE_EDITOR"
-    ]
-    if not editors:
-        bpy.ops.wm.window_new()
-        editors = [context.window_manager.windows[-1].screen.areas[0]]
-        editors[0].type = "IMAGE_EDITOR"
-    editors[0].spaces.active.image = image
+    if not bpy.app.background:
+        # Once, when the operator has ended: Blender does not expect a window to open within a modal operator.
+        bpy.app.timers.register(partial(_shown, image.name), first_interval=0.0)
     return image
+
+
+def _shown(name: str) -> None:
+    editor = _image_editor()
+    if editor is None:
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+            bpy.ops.wm.window_new()
+        editor = bpy.context.window_manager.windows[-1].screen.areas[0]
+        editor.type = "IMAGE_EDITOR"
+    editor.spaces.active.image = bpy.data.images.get(name)
+    bpy.app.timers.register(_fitted, first_interval=0.2)  # a new editor has no size before it was drawn
+
+
+def _fitted() -> None:
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area == _image_editor():
+                region = next(region for region in area.regions if region.type == "WINDOW")
+                with bpy.context.temp_override(window=window, area=area, region=region):
+                    bpy.ops.image.view_all(fit_view=True)
+
+
+def _image_editor() -> bpy.types.Area | None:
+    """The first image editor of all windows."""
+    areas = [area for window in bpy.context.window_manager.windows for area in window.screen.areas]
+    return next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
 
 
 def _loaded(path: Path, name: str) -> bpy.types.Image:

@@ -312,3 +312,27 @@ def test_objects_are_added_in_object_mode(scene):
     finally:
         bpy.ops.object.mode_set(mode="OBJECT")
     assert scene.objects
+
+
+# ---------------------------------------------------------------- undo
+
+
+@pytest.mark.usefixtures("scene")
+def test_undo_takes_back_an_import(capture_file):
+    bpy.ops.ed.undo_push(message="before")
+    ops.import_capture("EXEC_DEFAULT", True, filepath=str(capture_file))  # True: undo as from the window
+    assert len(bpy.context.scene.spectral_probe.views) == 2
+    bpy.ops.ed.undo()
+    assert len(bpy.context.scene.spectral_probe.views) == 0
+    bpy.ops.ed.redo()
+    assert len(bpy.context.scene.spectral_probe.views) == 2
+
+
+@pytest.mark.usefixtures("scene")
+def test_undo_takes_back_an_object():
+    bpy.ops.ed.undo_push(message="before")
+    before = len(bpy.context.scene.objects)
+    ops.add_object("EXEC_DEFAULT", True, kind="SILVER_BALL")
+    assert len(bpy.context.scene.objects) > before
+    bpy.ops.ed.undo()
+    assert len(bpy.context.scene.objects) == before
