@@ -40,8 +40,8 @@ def demo(directory: Path) -> Job[Numbers]:
         "blind fraction": recovered["blind_fraction"],
         **{f"{name}, GFC against the truth": numbers["gfc"] for name, numbers in spectra.items()},
         **{f"{name}, relative RMSE": numbers["relative_rmse"] for name, numbers in spectra.items()},
-        "spectral render, seconds": rendered["seconds_spectral"],
-        "RGB render, seconds": rendered["seconds_rgb"],
+        "spectral render, seconds": rendered["seconds"]["spectral"],
+        "RGB render, seconds": rendered["seconds"]["rgb"],
         "passes": rendered["passes"],
         "colour difference": compared,
         "written": str(directory),
@@ -90,7 +90,10 @@ def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, d
 
 
 def _is_metal(thing: bpy.types.Object) -> bool:
-    return any(slot.material is not None and slot.material.spectral_probe.kind == "METAL" for slot in thing.material_slots)
+    return any(
+        slot.material is not None and slot.material.spectral_probe.kind == "METAL"
+        for slot in thing.material_slots
+    )
 
 
 def _compare(
@@ -120,8 +123,8 @@ def _compare(
         panorama=panorama_preview(panorama),
         spectra=[_plot(name, numbers) for name, numbers in spectra.items()],
         numbers={
-            "spectral render": f"{rendered['seconds_spectral']:.1f} s, {rendered['passes']} passes",
-            "RGB render": f"{rendered['seconds_rgb']:.1f} s",
+            "spectral render": f"{rendered['seconds']['spectral']:.1f} s, {rendered['passes']} passes",
+            "RGB render": f"{rendered['seconds']['rgb']:.1f} s",
             "samples": str(rendered["samples"]),
         },
     )
