@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import bpy
+from bpy.props import BoolProperty, FloatProperty
 
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import has_probe
@@ -14,6 +15,19 @@ class SPECTRAL_PROBE_OT_light_world(ReportsErrors, bpy.types.Operator):
     bl_idname = "spectral_probe.light_world"
     bl_label = "Light World"
 
+    normalise: BoolProperty(
+        name="Normalise",
+        description="Scale the light to a mean of 1, which suits a camera at exposure 0. A probe's own unit is "
+        "that of the photographs",
+        default=True,
+    )
+    strength: FloatProperty(
+        name="Strength", description="Factor on the light", default=1.0, min=0.0, soft_max=10.0
+    )
+    rotation: FloatProperty(
+        name="Rotation", description="Turn of the light, counter-clockwise seen from above", subtype="ANGLE"
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be a probe."""
@@ -23,7 +37,22 @@ class SPECTRAL_PROBE_OT_light_world(ReportsErrors, bpy.types.Operator):
         """Give the scene a world with the probe's panorama."""
         from .bridge.world import light_world
 
-        settings = context.scene.spectral_probe
-        light_world(context.scene, Path(bpy.path.abspath(settings.probe_directory)) / "world.exr")
+        path = Path(bpy.path.abspath(context.scene.spectral_probe.probe_directory)) / "world.exr"
+        strength = self.strength / mean_luminance(path) if self.normalise else self.strength
+        light_world(context.scene, path, rotation_rad=self.rotation, strength=strength)
         self.report({"INFO"}, f"{context.scene.world.name} lights the scene")
         return FINISHED
+
+
+def mean_luminance(path: Path) -> float:
+    """Mean luminance over all directions of a panorama in linear Rec.709; 1 for a black one."""
+    import numpy as np
+
+    from ..spectral_probe.files.image_exr import read_rgb
+    from ..spectral_probe.geometry.frames import panorama_solid_angles
+    from ..spectral_probe.spectra.colorimetry import rec709_to_xyz
+
+    luminance = rec709_to_xyz(read_rgb(path))[..., 1]
+    weights = panorama_solid_angles(*luminance.shape)
+    mean = float(np.average(luminance, weights=np.broadcast_to(weights, luminance.shape)))
+    return mean if mean > 0 else 1.0

@@ -9,6 +9,7 @@ import bpy
 
 from ..spectral_probe.model import Job
 from .job import JobOperator
+from .pictures import show
 from .polls import has_probe, uses_cycles
 from .results import keep_render
 from .settings import folder_of
@@ -50,6 +51,22 @@ class SPECTRAL_PROBE_OT_render_spectral(JobOperator, bpy.types.Operator):
         """Keep the report's numbers in the scene."""
         settings = context.scene.spectral_probe
         keep_render(settings, result)
+        show(write_preview(result.xyz), "Render")
         for warning in result.warnings:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, f"{settings.render.passes} passes in {settings.render.seconds:.1f} s")
+
+
+def write_preview(xyz_path: Path) -> Path:
+    """Write preview.png beside the tristimulus values, exposed for them: they are in the unit of the photographs."""
+    import numpy as np
+
+    from ..spectral_probe.figures.display import exposure_for_white, tone_map, write_png
+    from ..spectral_probe.files.image_exr import read_rgb
+    from ..spectral_probe.render.compare import WHITE_PERCENTILE
+
+    xyz = read_rgb(xyz_path, ("X", "Y", "Z"))
+    white = float(np.percentile(xyz[..., 1], WHITE_PERCENTILE))
+    path = xyz_path.with_name("preview.png")
+    write_png(path, tone_map(xyz, exposure_for_white(white) if white > 0 else 1.0))
+    return path

@@ -215,6 +215,25 @@ def test_light_world_lights_the_scene_with_the_panorama(scene, settings, probe_f
     assert Path(images[0].filepath) == probe_folder / "world.exr"
 
 
+@pytest.mark.parametrize(("normalise", "strength"), [(True, 1.0), (True, 0.5), (False, 2.0)])
+def test_light_world_scales_and_turns_the_light(
+    scene, settings, probe_folder, in_extension, normalise, strength
+):
+    settings.probe_directory = str(probe_folder)
+    ops.light_world(normalise=normalise, strength=strength, rotation=0.5)
+    (_, _, rotation_rad), factor = in_extension("operators.bridge.world").placement(scene.world)
+    assert rotation_rad == pytest.approx(0.5)
+    luminance = spectra_luminance(probe_folder, in_extension)
+    assert factor * (luminance if normalise else 1.0) == pytest.approx(strength, rel=1e-4)
+
+
+def spectra_luminance(probe_folder, in_extension) -> float:
+    """Y of the even light of the probe."""
+    panorama = in_extension("spectral_probe.files.probe_exr").read_probe(probe_folder / "probe.exr")
+    spectrum = panorama.weights[0, 0] @ panorama.bases[0]
+    return float(in_extension("spectral_probe.spectra.colorimetry").spectra_to_xyz(spectrum)[1])
+
+
 @pytest.mark.parametrize(
     ("kind", "metal"), [("GOLD_PEDESTAL", "Au"), ("SILVER_BALL", "Ag"), ("COPPER_BALL", "Cu")]
 )
@@ -250,6 +269,9 @@ def test_render_gives_what_the_function_gives(scene, settings, probe_folder, tmp
     assert (settings.render.passes, settings.render.samples, settings.render.has_rgb) == (2, 1, True)
     assert settings.render.seconds > 0
     assert (tmp_path / "operator" / "rgb.exr").is_file()
+    shown = bpy.data.images["Spectral Probe Render"]
+    assert tuple(shown.size) == (16, 12)
+    assert 0.05 < np.mean(shown.pixels[:]) < 1.0
 
 
 def test_compare_gives_what_the_command_gives(settings, render_folder, tmp_path, in_extension):
