@@ -12,6 +12,13 @@ from pathlib import Path
 
 import bpy
 
+# The silver ball stands on the pedestal, which is half a metre high, the copper ball beside it.
+OBJECTS = {
+    "GOLD_PEDESTAL": (-0.10, 0.05, 0.0),
+    "SILVER_BALL": (-0.10, 0.05, 0.5),
+    "COPPER_BALL": (0.27, -0.16, 0.0),
+}
+
 
 def main(words: list[str]) -> None:
     """Do it all, each step by the operator that the panels call."""
@@ -33,8 +40,8 @@ def main(words: list[str]) -> None:
     settings.probe_width, settings.samples = arguments.width, arguments.samples
     bpy.ops.spectral_probe.build_probe()
     bpy.ops.spectral_probe.light_world()
-    for kind, x_m in (("GOLD_PEDESTAL", 0.0), ("SILVER_BALL", -0.8), ("COPPER_BALL", 0.9)):
-        scene.cursor.location = (x_m, 0.0, 0.0)
+    for kind, location_m in OBJECTS.items():
+        scene.cursor.location = location_m
         bpy.ops.spectral_probe.add_object(kind=kind)
     bpy.ops.spectral_probe.render_spectral()
     bpy.ops.spectral_probe.compare()
@@ -54,7 +61,7 @@ def new_scene(size_px: tuple[int, int]) -> bpy.types.Scene:
     scene.render.engine = "CYCLES"
     scene.render.resolution_x, scene.render.resolution_y = size_px
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler = (0.0, -5.0, 1.6), (radians(78), 0.0, 0.0)
+    camera.location, camera.rotation_euler = (0.05, -1.9, 0.55), (radians(82), 0.0, 0.0)
     scene.collection.objects.link(camera)
     scene.camera = camera
     return scene
