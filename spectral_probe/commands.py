@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,19 +44,18 @@ def probe(capture_path: Path, directory: Path, width: int) -> Job[Numbers]:
 
 
 def check_folder(directory: Path) -> None:
-    """Refuse, before any work, a folder that cannot be written to.
+    """Refuse, before any work and without making anything, a folder that cannot be written to.
 
     Raises
     ------
     FileFormatError
-        If the path is a file or cannot be made.
+        If the path, or what it lies in, is a file or may not be written to.
     """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        raise FileFormatError(
-            f"The folder {directory} cannot be made ({problem.strerror}). Choose another."
-        ) from None
+    nearest = next(path for path in (directory, *directory.resolve().parents) if path.exists())
+    if not nearest.is_dir():
+        raise FileFormatError(f"{nearest} is a file, not a folder. Choose another folder to write to.")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise FileFormatError(f"The folder {nearest} may not be written to. Choose another.")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@ import json
 import subprocess
 import sys
 
+import cv2
 import numpy as np
 import pytest
 
@@ -50,7 +51,9 @@ def test_spectrum_of_a_lamp(probe_file, tmp_path, capsys):
     assert code == 0
     assert numbers["gfc"] > 0.999
     assert numbers["relative_rmse"] < 0.03
-    assert numbers["cct_kelvin"] == pytest.approx(2850, abs=80)  # the basis is for mixed light, not for this lamp alone
+    assert numbers["cct_kelvin"] == pytest.approx(
+        2850, abs=80
+    )  # the basis is for mixed light, not for this lamp alone
     table = np.genfromtxt(numbers["csv"], delimiter=",", names=True)
     assert table["radiance"] == pytest.approx(50 * planck(2850.0), rel=0.03, abs=2.5)
     for suffix in (".csv", ".png", ".svg"):
@@ -68,7 +71,9 @@ def test_compare(tmp_path, capsys):
     image = rng.uniform(0.1, 1, size=(20, 30, 3)).astype(np.float32)
     write_rgb(tmp_path / "xyz.exr", image, ("X", "Y", "Z"))
     write_rgb(tmp_path / "other.exr", image * 1.05, ("X", "Y", "Z"))
-    code, out, _ = run(capsys, "compare", tmp_path / "xyz.exr", tmp_path / "other.exr", "-o", tmp_path / "out", "--json")
+    code, out, _ = run(
+        capsys, "compare", tmp_path / "xyz.exr", tmp_path / "other.exr", "-o", tmp_path / "out", "--json"
+    )
     assert code == 0
     assert 0.5 < json.loads(out)["image"]["raw"]["mean"] < 5
     names = {file.name for file in (tmp_path / "out").iterdir()}
@@ -89,6 +94,64 @@ def test_a_missing_capture_writes_nothing(tmp_path, capsys):
     assert (code, out) == (2, "")
     assert err == f"There is no capture file at {tmp_path / 'none.toml'}. Check the path.\n"
     assert not (tmp_path / "out").exists()
+
+
+def write_capture(folder, **changes):
+    """A capture of one photograph of a plain ball, with some lines replaced."""
+    image = np.full((300, 300, 3), 40, np.uint8)
+    cv2.circle(image, (150, 150), changes.pop("radius_px", 90), (200, 190, 180), -1, cv2.LINE_AA)
+    cv2.imwrite(str(folder / "ball.png"), image)
+    lines = {
+        "model": '"Rec.709"',
+        "focal_px": "1500.0",
+        "photos": '["ball.png"]',
+        "exposures_s": "[0.01]",
+        **changes,
+    }
+    camera = "\n".join(
+        f"{key} = {lines[key]}" for key in ("model", "focal_px", "sensitivities") if lines.get(key)
+    )
+    view = "\n".join(
+        f"{key} = {lines[key]}" for key in ("photos", "exposures_s", "outline") if lines.get(key)
+    )
+    (folder / "capture.toml").write_text(f"[camera]\n{camera}\n[[view]]\n{view}\n")
+    return folder / "capture.toml"
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        (
+            {"model": '"Nikon 5100"'},
+            'There is no camera called "Nikon 5100" in the library. Did you mean "Nikon 5100 (NPL)"?',
+        ),
+        ({"sensitivities": '"short.csv"'}, "short.csv covers 450-650 nm, but 400-700 nm is needed."),
+        ({"photos": '["nothing.png"]'}, "there is no file"),
+        ({"exposures_s": None}, "exposure"),
+        ({"focal_px": None}, "does not say its focal length"),
+        ({"outline": "[150, 20, 90]"}, "The ball touches the top edge of the frame."),
+        ({"focal_px": "1500.0.0"}, "is not valid TOML"),
+        ({"photos": '["ball.txt"]'}, "ball.txt"),
+    ],
+)
+def test_bad_captures_get_one_line_exit_2_and_nothing_written(tmp_path, capsys, changes, line):
+    (tmp_path / "short.csv").write_text("wavelength_nm,r,g,b\n450,1,2,3\n650,3,2,1\n")
+    (tmp_path / "ball.txt").write_text("no photograph")
+    before = {file.name for file in tmp_path.iterdir()} | {"ball.png", "capture.toml"}
+    code, out, err = run(
+        capsys, "probe", write_capture(tmp_path, **changes), "-o", tmp_path / "out", "--width", "64"
+    )
+    message = [text for text in err.splitlines() if "%" not in text]
+    assert (code, out) == (2, "")
+    assert len(message) == 1
+    assert line in message[0]
+    assert {file.name for file in tmp_path.iterdir()} == before
+
+
+def test_an_output_that_is_a_file(tmp_path, capsys):
+    code, _, err = run(capsys, "probe", write_capture(tmp_path), "-o", tmp_path / "ball.png")
+    assert code == 2
+    assert "is a file, not a folder" in err
 
 
 @pytest.mark.parametrize(
@@ -143,7 +206,10 @@ def test_an_interrupted_verb_says_so(tmp_path, capsys):
 def test_the_installed_command(tmp_path):
     code = "import sys; from spectral_probe.cli import main; sys.exit(main())"
     done = subprocess.run(
-        [sys.executable, "-c", code, "probe", tmp_path / "x.toml", "-o", tmp_path], capture_output=True, text=True, check=False
+        [sys.executable, "-c", code, "probe", tmp_path / "x.toml", "-o", tmp_path],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1

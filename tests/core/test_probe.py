@@ -26,7 +26,13 @@ def gym(shared_dir, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def score(gym, shared_dir):
-    command = [sys.executable, shared_dir / "tools" / "score_probe.py", shared_dir / "captures" / "gym" / "truth", gym, "--json"]
+    command = [
+        sys.executable,
+        shared_dir / "tools" / "score_probe.py",
+        shared_dir / "captures" / "gym" / "truth",
+        gym,
+        "--json",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     return json.loads(done.stdout.splitlines()[-1])
 

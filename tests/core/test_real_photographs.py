@@ -39,7 +39,9 @@ def test_living_room_whole_frames(photos):
 def test_living_room_crops(photos):
     """The author's crops without EXIF: exposures and camera from the capture file."""
     folder = photos / "bracket_a6400_livingroom"
-    view = ViewSettings(tuple(folder / f"rec{number}.jpg" for number in (1, 2, 3)), exposures_s=(1 / 10, 1 / 40, 1 / 160))
+    view = ViewSettings(
+        tuple(folder / f"rec{number}.jpg" for number in (1, 2, 3)), exposures_s=(1 / 10, 1 / 40, 1 / 160)
+    )
     camera = CameraSettings(focal_px=(1264.0, 1264.0), principal_px=(67.6, 23.0))
     check(finish(build_probe(Capture((view,), camera, CHROME), 512)), [73.0])
 

@@ -20,14 +20,18 @@ def test_the_reference_gives_back_spectra_and_their_tristimulus_values():
     spectra = np.random.default_rng(1).random((4, 6, 61)).astype(np.float32)
     plan = reference_plan()
     np.testing.assert_allclose(combine_spectrum(plan, passes_of(plan, spectra)), spectra, rtol=1e-6)
-    np.testing.assert_allclose(combine_xyz(plan, passes_of(plan, spectra)), spectra_to_xyz(spectra), rtol=1e-5)
+    np.testing.assert_allclose(
+        combine_xyz(plan, passes_of(plan, spectra)), spectra_to_xyz(spectra), rtol=1e-5
+    )
 
 
 def test_a_light_basis_plan_puts_the_light_back():
     layers = np.stack([illuminant(name) / 100 for name in ("A", "D65", "FL2")])
     plan = light_basis_plan(layers, np.ones((1, 61)), 3)
     weights = np.random.default_rng(2).random((5, 7, 3))
-    spectra = combine_spectrum(plan, [weights] * 3)  # nothing between lamp and camera depends on the wavelength
+    spectra = combine_spectrum(
+        plan, [weights] * 3
+    )  # nothing between lamp and camera depends on the wavelength
     np.testing.assert_allclose(spectra, weights @ layers, rtol=1e-5)
     np.testing.assert_allclose(combine_xyz(plan, [weights] * 3), spectra_to_xyz(weights @ layers), rtol=1e-5)
 
@@ -47,7 +51,9 @@ def test_passes_are_read_one_at_a_time():
     assert alive <= 1
 
 
-@pytest.mark.parametrize(("count", "message"), [(0, "0 of 21"), (20, "20 of 21"), (22, "more passes than the 21")])
+@pytest.mark.parametrize(
+    ("count", "message"), [(0, "0 of 21"), (20, "20 of 21"), (22, "more passes than the 21")]
+)
 def test_a_wrong_number_of_passes_is_refused(count, message):
     with pytest.raises(RenderError, match=message):
         combine_xyz(reference_plan(), [np.zeros((1, 1, 3))] * count)

@@ -107,8 +107,9 @@ def test_noise_in_the_dark_does_not_widen_the_cone(generator):
     noisy = probe.weights.copy()
     dark = generator.random((H, W)) < 0.2
     noisy[dark] = 1e-6 * generator.normal(size=(dark.sum(), 3)) * np.abs(noisy).mean()
-    clean, rough = light_layers(panorama(np.where(dark[..., None], 0, probe.weights), probe.bases)), light_layers(
-        panorama(noisy, probe.bases)
+    clean, rough = (
+        light_layers(panorama(np.where(dark[..., None], 0, probe.weights), probe.bases)),
+        light_layers(panorama(noisy, probe.bases)),
     )
     np.testing.assert_allclose(rough.spectra, clean.spectra, rtol=0.05, atol=0.05 * clean.spectra.max())
     assert rough.residual < 1e-6

@@ -82,7 +82,10 @@ def test_five_wavelengths_serve_metals_under_spiky_light(layers, metals):
 
 
 def test_more_passes_are_better(layers, metals):
-    means = [colour_errors(light_basis_plan(layers, metals, count), layers, metals).mean() for count in (2, 3, 5, 8)]
+    means = [
+        colour_errors(light_basis_plan(layers, metals, count), layers, metals).mean()
+        for count in (2, 3, 5, 8)
+    ]
     assert means == sorted(means, reverse=True)
     assert means[0] > 5 * means[-1]
 
@@ -152,7 +155,7 @@ def test_a_damaged_file_is_named(tmp_path, damage):
     content = json.loads(path.read_text())
     damage(content)
     path.write_text(json.dumps(content))
-    with pytest.raises(FileFormatError, match="plan.json is not a plan"):
+    with pytest.raises(FileFormatError, match=r"plan\.json is not a plan"):
         load_plan(path)
 
 
