@@ -1,6 +1,7 @@
 """Blender for the tests of the extension: its own empty user folders, and the extension through Blender's loader."""
 
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,10 +13,11 @@ import pytest
 
 MODULE = "bl_ext.user_default.spectral_probe"
 
-# Blender reads these when bpy is imported: its user folders are empty, but for a link to this checkout.
+# Blender reads this when bpy is imported, unless tests of another folder did so in the same process: then theirs counts.
 _resources = tempfile.TemporaryDirectory(prefix="spectral_probe_blender_")
-os.environ["BLENDER_USER_RESOURCES"] = _resources.name
-_repository = Path(_resources.name) / "extensions" / "user_default"
+if "bpy" not in sys.modules:
+    os.environ["BLENDER_USER_RESOURCES"] = _resources.name
+_repository = Path(os.environ["BLENDER_USER_RESOURCES"]) / "extensions" / "user_default"
 _repository.mkdir(parents=True)
 (_repository / "spectral_probe").symlink_to(Path(__file__).resolve().parents[2], target_is_directory=True)
 
@@ -32,7 +34,7 @@ def extension() -> Iterator[ModuleType]:
     import addon_utils  # is there once bpy is imported
 
     module = addon_utils.enable(MODULE, handle_error=_raise)
-    assert Path(module.__file__).is_relative_to(_resources.name)
+    assert Path(module.__file__).is_relative_to(_repository)
     yield module
     addon_utils.disable(MODULE, handle_error=_raise)
 
