@@ -9,7 +9,7 @@ one ball, so only the direction of an edge counts, never its sign.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,13 @@ too."""
 
 CANDIDATES = 16
 ANGLES = 256
+NEIGHBOURS, NOISE = 1.5, 0.012
+"""An edge counts in full when its gradient is `NEIGHBOURS` times the mean one around plus `NOISE` per pixel."""
+
+INSIDE_BAND, INSIDE_WEIGHT = 0.08, 0.5
+"""A mirrored ball squeezes the world into arcs along its rim, and nothing does so outside. Of circles with much the
+same edges, the one with more arcs in a band of 8 % of the radius inside it than outside is preferred."""
+
 EVIDENCE_RADIUS_PX = 120.0
 """Radius to which a candidate is scaled before it is unrolled."""
 
@@ -44,6 +51,10 @@ class Circle:
     significance: float = 0.0
     visible: float = 1.0
 
+    def moved(self, shift_px: FloatArray) -> Circle:
+        """The circle elsewhere: `shift_px` (x, y) is added to its centre."""
+        return replace(self, x=self.x + float(shift_px[0]), y=self.y + float(shift_px[1]))
+
 
 @dataclass(frozen=True)
 class PolarEvidence:
@@ -58,6 +69,7 @@ class PolarEvidence:
     angles_rad: FloatArray
     offsets_px: FloatArray
     scale: float
+    inside_out: FloatArray
 
 
 def find_circles(photographs: Sequence[Photograph], radius_px: float | None = None) -> list[Circle]:
@@ -72,7 +84,7 @@ def find_circles(photographs: Sequence[Photograph], radius_px: float | None = No
     """
     size = photographs[0].pixels.shape[:2]
     scale = min(1.0, SHORT_SIDE_PX / min(size))
-    edges = [log_gradients(shrunk(photograph.pixels, scale), photograph) for photograph in photographs]
+    edges = [_strongest_channel(*log_gradients(shrunk(one.pixels, scale), one)) for one in photographs]
     short = min(edges[0].magnitude.shape)
     if radius_px is None:
         radii = np.geomspace(RADIUS_RANGE[0] * short, RADIUS_RANGE[1] * short, 76)
@@ -82,11 +94,12 @@ def find_circles(photographs: Sequence[Photograph], radius_px: float | None = No
     found = []
     # Three exposures of a bracket decide as well as eleven, and in a quarter of the time.
     judges = photographs[:: max(1, len(photographs) // 3)]
+    still = [np.zeros(2)] * len(judges)
     for x, y, radius in _peaks(votes, radii, padding):
         start = Circle(x / scale, y / scale, radius / scale)
-        evidence = [polar_evidence(photograph, start, EVIDENCE_RADIUS_PX, 0.2) for photograph in judges]
+        evidence = polar_evidence(judges, still, start, EVIDENCE_RADIUS_PX, 0.2)
         reach = 0.09 if radius_px is None else 0.04
-        found.append(best_circle(strongest(evidence), start, reach))
+        found.append(best_circle(evidence, start, reach))
     return sorted(found, key=lambda circle: -circle.significance)
 
 
@@ -113,8 +126,8 @@ def shrunk(pixels: FloatArray, scale: float) -> FloatArray:
     return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA))
 
 
-def log_gradients(pixels: FloatArray, photograph: Photograph) -> Gradients:
-    """Gradients of the logarithm of a picture (H, W, 3) that was cut from `photograph`."""
+def log_gradients(pixels: FloatArray, photograph: Photograph) -> tuple[FloatArray, FloatArray]:
+    """Gradient (x, y), each (H, W, 3), of the logarithm of a picture that was cut from `photograph`."""
     import cv2
 
     if photograph.scene_referred_float:
@@ -125,11 +138,14 @@ def log_gradients(pixels: FloatArray, photograph: Photograph) -> Gradients:
     logarithm = cv2.GaussianBlur(logarithm, (0, 0), 1.0)
     along_x = cv2.Scharr(logarithm, cv2.CV_32F, 1, 0) / 32.0
     along_y = cv2.Scharr(logarithm, cv2.CV_32F, 0, 1) / 32.0
+    return np.asarray(along_x), np.asarray(along_y)
+
+
+def _strongest_channel(along_x: FloatArray, along_y: FloatArray) -> Gradients:
+    """Of gradients by channel (..., 3), that of the channel where it is the strongest."""
     magnitude = np.hypot(along_x, along_y)
-    strongest_channel = magnitude.argmax(axis=-1)[..., None]
-    x, y, m = (
-        np.take_along_axis(a, strongest_channel, axis=-1)[..., 0] for a in (along_x, along_y, magnitude)
-    )
+    channel = magnitude.argmax(axis=-1)[..., None]
+    x, y, m = (np.take_along_axis(a, channel, axis=-1)[..., 0] for a in (along_x, along_y, magnitude))
     return Gradients(x, y, m)
 
 
@@ -247,7 +263,8 @@ def harmonics(angles_rad: FloatArray, count: int) -> FloatArray:
 
 
 def polar_evidence(
-    photograph: Photograph,
+    photographs: Sequence[Photograph],
+    shifts_px: Sequence[FloatArray],
     circle: Circle,
     level_radius_px: float,
     span: float,
@@ -255,49 +272,91 @@ def polar_evidence(
 ) -> PolarEvidence:
     """Unroll the ring of +- `span` radii round a circle, at `level_radius_px`, and find edges along it.
 
+    The gradients of log radiance do not depend on the exposure: those of all photographs are averaged, each
+    weighted by how well it is exposed there. The ball of each photograph lies `shifts_px` from the circle.
     `bulge_px` (A,) is added to the radius at each angle, where the outline is known not to be round.
     """
     import cv2
 
-    height, width = photograph.pixels.shape[:2]
     scale = min(1.0, level_radius_px / circle.radius)
-    reach = (1.0 + span) * circle.radius + 6.0 / scale
-    left, top = (int(np.clip(c - reach, 0, side - 8)) for c, side in ((circle.x, width), (circle.y, height)))
-    right, bottom = (
-        int(np.clip(c + reach + 1, start + 8, side))
-        for c, start, side in ((circle.x, left, width), (circle.y, top, height))
-    )
-    picture = shrunk(photograph.pixels[top:bottom, left:right], scale)
-    scale_x, scale_y = picture.shape[1] / (right - left), picture.shape[0] / (bottom - top)
-    gradients = log_gradients(picture, photograph)
     angles = full_turn(ANGLES)
     offsets = np.linspace(-span, span, int(4.0 * span * circle.radius * scale) + 5) * circle.radius
     radius = circle.radius + offsets + np.zeros((ANGLES, 1))
     if bulge_px is not None:
         radius += bulge_px[:, None]
-    x = (circle.x - left + np.cos(angles)[:, None] * radius) * scale_x
-    y = (circle.y - top + np.sin(angles)[:, None] * radius) * scale_y
-    map_x, map_y = (x - 0.5).astype(np.float32), (y - 0.5).astype(np.float32)
-    along_x, along_y, magnitude = (
-        cv2.remap(a, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        for a in (gradients.x, gradients.y, gradients.magnitude)
+    x = circle.x + np.cos(angles)[:, None] * radius
+    y = circle.y + np.sin(angles)[:, None] * radius
+    fields = [
+        _polar_gradients(one, x + shift[0], y + shift[1], scale)
+        for one, shift in zip(photographs, shifts_px, strict=True)
+    ]
+    total = np.sum([weight for _, _, weight in fields], axis=0)
+    along_x, along_y = (
+        np.sum([field[axis] * field[2][..., None] for field in fields], axis=0) / total[..., None]
+        for axis in (0, 1)
     )
-    radial = np.abs(along_x * np.cos(angles)[:, None] + along_y * np.sin(angles)[:, None])
-    visible = (x > 1) & (y > 1) & (x < picture.shape[1] - 1) & (y < picture.shape[0] - 1)
-    radial = np.where((radial > 0.9 * magnitude) & visible, radial, 0.0)
-    around = cv2.blur(magnitude, (max(3, len(offsets) // 2) | 1, 15), borderType=cv2.BORDER_REPLICATE)
+    gradients = _strongest_channel(along_x, along_y)
+    radial = np.abs(gradients.x * np.cos(angles)[:, None] + gradients.y * np.sin(angles)[:, None])
+    height, width = photographs[0].clipped.shape
+    x, y = x + shifts_px[0][0], y + shifts_px[0][1]
+    margin = 1.0 / scale
+    visible = (x > margin) & (y > margin) & (x < width - margin) & (y < height - margin)
+    radial = np.where((radial > 0.9 * gradients.magnitude) & visible, radial, 0.0)
+    around = cv2.blur(
+        gradients.magnitude, (max(3, len(offsets) // 2) | 1, 15), borderType=cv2.BORDER_REPLICATE
+    )
     peak = (radial >= np.roll(radial, 1, axis=1)) & (radial > np.roll(radial, -1, axis=1))
-    strength = np.where(peak, np.minimum(1.0, radial / (1.5 * around + 0.012)), 0.0).astype(np.float32)
+    strength = np.minimum(1.0, radial / (NEIGHBOURS * around + NOISE))
+    strength = np.where(peak, strength, 0.0).astype(np.float32)
     tolerance = np.exp(-0.5 * (np.arange(-4, 5) / 2.0) ** 2)[None].astype(np.float32)
     strength = cv2.filter2D(strength, -1, tolerance, borderType=cv2.BORDER_CONSTANT)
-    return PolarEvidence(np.minimum(strength, 1.0), visible, angles, offsets, scale)
+    strength = np.minimum(strength, 1.0)
+    return PolarEvidence(
+        strength,
+        visible,
+        angles,
+        offsets,
+        scale,
+        _inside_out(strength, scale * (offsets[1] - offsets[0]), scale * circle.radius),
+    )
 
 
-def strongest(evidence: Sequence[PolarEvidence]) -> PolarEvidence:
-    """Evidence of several photographs of one frame: at each place, that of the one with the clearest edge."""
-    first = evidence[0]
-    strength = np.max([one.strength for one in evidence], axis=0)
-    return PolarEvidence(strength, first.visible, first.angles_rad, first.offsets_px, first.scale)
+def _inside_out(strength: FloatArray, step_px: float, radius_px: float) -> FloatArray:
+    """How many more edges run along the circle just inside than just outside of each place."""
+    width = max(2, round(INSIDE_BAND * radius_px / step_px))
+    gap = round(2.0 / step_px)
+    sums = np.cumsum(np.pad(strength, ((0, 0), (width + gap + 1, width + gap)), mode="edge"), axis=1)
+    n = strength.shape[1]
+    at = np.arange(n) + width + gap
+    outside = sums[:, at + gap + width] - sums[:, at + gap]
+    inside = sums[:, at - gap] - sums[:, at - gap - width]
+    return (inside - outside) / width
+
+
+def _polar_gradients(
+    photograph: Photograph, x: FloatArray, y: FloatArray, scale: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Gradients (A, R, 3) along x and y, and the weight (A, R), of a photograph scaled down, at places in it."""
+    import cv2
+
+    height, width = photograph.clipped.shape
+    reach = 6.0 / scale
+    left, top = (int(np.clip(a.min() - reach, 0, side - 8)) for a, side in ((x, width), (y, height)))
+    right = int(np.clip(x.max() + reach + 1, left + 8, width))
+    bottom = int(np.clip(y.max() + reach + 1, top + 8, height))
+    picture = shrunk(photograph.pixels[top:bottom, left:right], scale)
+    along_x, along_y = log_gradients(picture, photograph)
+    level = picture.max(axis=-1)
+    weight = np.minimum(level / 0.05, 1.0)
+    if not photograph.scene_referred_float:
+        weight *= np.clip((0.97 - level) / 0.2, 0.0, 1.0)
+    weight = cv2.erode(weight.astype(np.float32), np.ones((3, 3), np.uint8)) + np.float32(1e-3)
+    map_x = ((x - left) * (picture.shape[1] / (right - left)) - 0.5).astype(np.float32)
+    map_y = ((y - top) * (picture.shape[0] / (bottom - top)) - 0.5).astype(np.float32)
+    return tuple(  # type: ignore[return-value]  # three of them
+        cv2.remap(a, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        for a in (along_x, along_y, weight)
+    )
 
 
 def best_circle(evidence: PolarEvidence, start: Circle, reach: float) -> Circle:
@@ -306,10 +365,10 @@ def best_circle(evidence: PolarEvidence, start: Circle, reach: float) -> Circle:
     best, best_share, best_visible = np.zeros(3), 0.0, 1.0
     for _ in range(3):
         change = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3) + best
-        share, visible = shares_along(evidence, change)
-        score = share * np.minimum(1.0, visible / 0.5)
+        share, visible, contrast = shares_along(evidence, change)
+        score = (share + INSIDE_WEIGHT * contrast) * np.minimum(1.0, visible / 0.5)
         top = int(score.argmax())
-        best, best_share, best_visible = change[top], float(score[top]), float(visible[top])
+        best, best_share, best_visible = change[top], float(share[top]), float(visible[top])
         steps = np.linspace(-1.0, 1.0, 5) * (steps[1] - steps[0])
     seen = evidence.visible
     typical = float(evidence.strength[seen].mean()) if seen.any() else 1.0
@@ -324,7 +383,7 @@ def best_circle(evidence: PolarEvidence, start: Circle, reach: float) -> Circle:
     )
 
 
-def shares_along(evidence: PolarEvidence, change: FloatArray) -> tuple[FloatArray, FloatArray]:
+def shares_along(evidence: PolarEvidence, change: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Share of the visible circumference with edges, and share visible, of outlines changed by (N, 3 or 5)."""
     offset = change @ harmonics(evidence.angles_rad, change.shape[1]).T
     step = evidence.offsets_px[1] - evidence.offsets_px[0]
@@ -335,4 +394,5 @@ def shares_along(evidence: PolarEvidence, change: FloatArray) -> tuple[FloatArra
     visible = evidence.visible[row, column] & inside
     edges = np.where(visible, evidence.strength[row, column], 0.0).sum(axis=1)
     count = visible.sum(axis=1)
-    return edges / np.maximum(count, 1), count / len(evidence.angles_rad)
+    contrast = np.where(visible, evidence.inside_out[row, column], 0.0).sum(axis=1)
+    return edges / np.maximum(count, 1), count / len(evidence.angles_rad), contrast / np.maximum(count, 1)

@@ -8,7 +8,8 @@ import numpy as np
 
 from ..errors import OutlineError
 from ..model import FloatArray, Outline, Photograph
-from .circle_search import EVIDENCE_RADIUS_PX, Circle, best_circle, find_circles, full_turn, polar_evidence
+from ..photo.align import register
+from .circle_search import Circle, find_circles, full_turn
 from .rim import Ellipse, Rim, fit_rim
 
 ENOUGH_COVERAGE = 0.44
@@ -16,11 +17,8 @@ ENOUGH_COVERAGE = 0.44
 rooms tried reach 0.36; balls, down to dim, blurred and half hidden ones, 0.48 to 0.95."""
 
 ENOUGH_SIGNIFICANCE = 40.0
-OWN_SHARE = 0.6
-"""A photograph's own evidence counts when its coverage is this share of the bracket's best or more."""
-
-SAME_PLACE = 0.004
-"""Outlines that agree to this share of the radius are taken to be one: the camera stood still."""
+KNOWN_RADIUS_COVERAGE = 0.25
+"""The same where another photograph of the bracket has told the radius already."""
 
 CUT_SHARE = 0.005
 """How far, in radii, an outline may leave the frame: the outermost 0.5 % of the radius shows only the last
@@ -53,9 +51,9 @@ def detect_outline(photographs: Photograph | Sequence[Photograph]) -> Outline:
 def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
     """Find the ball in every photograph of a bracket, each in its own frame.
 
-    Photographs of one size are searched together, so that one that is too dark or too bright borrows from the
-    others. Where the camera stood still they share one outline, fitted to all of them.
-    Photographs of different sizes (crops) share only the radius.
+    The photographs are registered to each other by what the ball shows, and one outline is fitted to all of
+    them together, so that one that is too dark or too bright borrows from the others. They may be crops of
+    different sizes; the ball's size in pixels must be the same.
 
     Parameters
     ----------
@@ -74,21 +72,14 @@ def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
     """
     if not photographs:
         raise OutlineError("There is no photograph to find the ball in. List photos in the view.")
-    groups: dict[tuple[int, ...], list[int]] = {}
-    for index, photograph in enumerate(photographs):
-        groups.setdefault(photograph.pixels.shape[:2], []).append(index)
-    found: dict[int, Rim] = {}
-    for members in groups.values():
-        rims = _outlines_of_one_size([photographs[index] for index in members])
-        found.update(zip(members, rims or (), strict=False))
-    if not found:
-        raise OutlineError(_no_ball(photographs[0]))
-    _share_radius(photographs, found)
+    circles = _circles(photographs)
+    shifts = register(photographs, [(one.x, one.y, one.radius) for one in circles])
+    clearest = max(range(len(photographs)), key=lambda index: circles[index].significance)
+    start = circles[clearest].moved(-shifts[clearest])
+    rim = fit_rim(photographs, shifts, start)
     outlines = []
-    for index, photograph in enumerate(photographs):
-        if index not in found:
-            raise OutlineError(_no_ball(photograph))
-        outline = _as_outline(found[index])
+    for photograph, shift in zip(photographs, shifts, strict=True):
+        outline = _as_outline(rim, shift)
         check_in_frame(outline, (photograph.pixels.shape[1], photograph.pixels.shape[0]))
         outlines.append(outline)
     return outlines
@@ -151,61 +142,55 @@ def _no_ball(photograph: Photograph) -> str:
     )
 
 
-def _as_outline(rim: Rim) -> Outline:
-    ellipse = rim.ellipse
+def _as_outline(rim: Rim, shift_px: FloatArray) -> Outline:
+    ellipse = rim.ellipse.moved(shift_px)
     return Outline(
-        (ellipse.x, ellipse.y), (ellipse.major, ellipse.minor), ellipse.angle_rad, rim.points_px, rim.rms_px
+        (ellipse.x, ellipse.y),
+        (ellipse.major, ellipse.minor),
+        ellipse.angle_rad,
+        rim.points_px + shift_px,
+        rim.rms_px,
     )
 
 
-def _outlines_of_one_size(photographs: Sequence[Photograph]) -> list[Rim] | None:
-    """One rim per photograph, or None where there is no ball."""
-    chosen = _choose(find_circles(photographs))
-    if chosen is None:
-        return None
-    return _follow(photographs, chosen)
+def _circles(photographs: Sequence[Photograph]) -> list[Circle]:
+    """Roughly where the ball is in each photograph; those of one size are searched together."""
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for index in _best_exposed_first(photographs):
+        groups.setdefault(photographs[index].pixels.shape[:2], []).append(index)
+    found: dict[int, Circle] = {}
+    radius = None
+    for members in groups.values():
+        circle = _search([photographs[index] for index in members], radius)
+        if circle is None:
+            continue
+        radius = radius or circle.radius
+        found.update(dict.fromkeys(members, circle))
+    missing = [photographs[index] for index in range(len(photographs)) if index not in found]
+    if missing:
+        raise OutlineError(_no_ball(missing[0]))
+    return [found[index] for index in range(len(photographs))]
 
 
-def _choose(circles: Sequence[Circle]) -> Circle | None:
-    """The most significant circle that is well enough covered with edges."""
-    for circle in circles:
+def _best_exposed_first(photographs: Sequence[Photograph]) -> list[int]:
+    """The photographs' order, those with most pixels neither clipped nor dark first."""
+
+    def well_exposed(index: int) -> float:
+        photograph = photographs[index]
+        step = max(1, min(photograph.clipped.shape) // 200)
+        level = photograph.pixels[::step, ::step].mean(axis=-1)
+        return float(np.mean((level > 0.03) & ~photograph.clipped[::step, ::step]))
+
+    return sorted(range(len(photographs)), key=well_exposed, reverse=True)
+
+
+def _search(photographs: Sequence[Photograph], radius_px: float | None) -> Circle | None:
+    """The ball's circle in photographs of one size: first where it has the radius that others gave it."""
+    if radius_px is not None:
+        near = find_circles(photographs, radius_px)
+        if near and near[0].coverage >= KNOWN_RADIUS_COVERAGE:
+            return near[0]
+    for circle in find_circles(photographs):
         if circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE:
             return circle
     return None
-
-
-def _follow(photographs: Sequence[Photograph], circle: Circle) -> list[Rim]:
-    """From the bracket's circle to a rim in each photograph."""
-    own = [
-        best_circle(polar_evidence(one, circle, EVIDENCE_RADIUS_PX, 0.12), circle, 0.05)
-        for one in photographs
-    ]
-    enough = OWN_SHARE * max(one.coverage for one in own)
-    clear = [index for index, one in enumerate(own) if one.coverage >= enough]
-    rims = {index: fit_rim([photographs[index]], own[index]) for index in clear}
-    middle = np.median([_place(rims[index]) for index in clear], axis=0)
-    spread = max(float(np.abs(_place(rims[index]) - middle).max()) for index in clear)
-    start = Circle(*(float(value) for value in middle))
-    if len(clear) > 1 and spread < max(0.6, SAME_PLACE * start.radius):
-        together = fit_rim([photographs[index] for index in clear], start)
-        return [together] * len(photographs)
-    # The camera moved: each photograph for itself, and those that show too little as the one next to them.
-    return [rims[min(clear, key=lambda other: abs(other - index))] for index in range(len(photographs))]
-
-
-def _place(rim: Rim) -> FloatArray:
-    return np.array([rim.ellipse.x, rim.ellipse.y, rim.ellipse.radius])
-
-
-def _share_radius(photographs: Sequence[Photograph], found: dict[int, Rim]) -> None:
-    """Search again, with the others' radius, in photographs that found no ball or one of another radius."""
-    if len(photographs) < 2:
-        return
-    radius = float(np.median([rim.ellipse.radius for rim in found.values()]))
-    for index, photograph in enumerate(photographs):
-        rim = found.get(index)
-        if rim is not None and abs(rim.ellipse.radius / radius - 1.0) < 0.03:
-            continue
-        circles = find_circles([photograph], radius)
-        if circles and circles[0].coverage > 0.2:
-            found[index] = fit_rim([photograph], circles[0])

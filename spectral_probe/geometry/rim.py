@@ -26,7 +26,6 @@ from .circle_search import (
     polar_evidence,
     shares_along,
     shrunk,
-    strongest,
 )
 
 FINE_RADII_PX = (150.0, 300.0, 600.0)
@@ -36,7 +35,14 @@ FINE_RADII_PX = (150.0, 300.0, 600.0)
 BLURRED_PX = 1.0
 """From this blur on, a larger picture only adds noise and false edges: the ball was out of focus."""
 
+BLURRED_SHARE = 0.8
+BELIEVED_PX = 1.8
+"""A fit that moves the outline further than this, in pixels of its picture, has followed something else."""
+
 RIM_ANGLES = 360
+ENOUGH_ANGLES = 72
+"""A fifth of the rim must speak for a fit, or the outline stays as it was."""
+
 DEPTH_INSIDE_PX, DEPTH_OUTSIDE_PX, DEPTH_STEP_PX = 7.0, 6.0, 0.5
 SEARCH_PX, SEARCH_STEP_PX = 3.0, 0.2
 BLURS_PX = (0.5, 0.6, 0.75, 1.0, 1.5)
@@ -74,6 +80,10 @@ class Ellipse:
         along = self.major * np.sin(angles_rad - self.angle_rad)
         return np.asarray(self.major * self.minor / np.hypot(across, along))
 
+    def moved(self, shift_px: FloatArray) -> Ellipse:
+        """The ellipse elsewhere: `shift_px` (x, y) is added to its centre."""
+        return replace(self, x=self.x + float(shift_px[0]), y=self.y + float(shift_px[1]))
+
     def changed(self, change: FloatArray) -> Ellipse:
         """The ellipse after small changes of x, y, radius and, where given, ellipticity (`harmonics`)."""
         x, y, radius = (float(value) for value in change[:3])
@@ -95,7 +105,9 @@ class Rim:
     coverage: float
 
 
-def approach(photographs: Sequence[Photograph], circle: Circle) -> tuple[Ellipse, float, BoolArray]:
+def approach(
+    photographs: Sequence[Photograph], shifts_px: Sequence[FloatArray], circle: Circle
+) -> tuple[Ellipse, float, BoolArray]:
     """Follow a circle to the rim at two sizes: the ellipse, its coverage, and where (A,) an edge shows."""
     ellipse = Ellipse(circle.x, circle.y, circle.radius, circle.radius)
     coverage = 0.0
@@ -103,10 +115,13 @@ def approach(photographs: Sequence[Photograph], circle: Circle) -> tuple[Ellipse
     for level, span, reach in ((120.0, 0.12, 0.05), (400.0, 0.04, 0.012)):
         base = Circle(ellipse.x, ellipse.y, ellipse.radius)
         bulge = ellipse.radius_at(full_turn(ANGLES)) - ellipse.radius
-        evidence = strongest([polar_evidence(one, base, level, span, bulge) for one in photographs])
+        evidence = polar_evidence(photographs, shifts_px, base, level, span, bulge)
         best = best_circle(evidence, base, reach)
         change = np.array([best.x - base.x, best.y - base.y, best.radius - base.radius, 0.0, 0.0])
-        change, coverage = _with_ellipticity(evidence, change, best.coverage, 0.5 * reach * base.radius)
+        change, found = _with_ellipticity(evidence, change, best.coverage, 0.5 * reach * base.radius)
+        if found < BLURRED_SHARE * coverage:
+            break  # the larger picture shows less: the rim is out of focus
+        coverage = found
         ellipse = ellipse.changed(change)
         shown = _edge_shown(evidence, change)
     return ellipse, coverage, shown
@@ -119,7 +134,7 @@ def _with_ellipticity(
     steps = np.linspace(-reach_px, reach_px, 9)
     small = np.linspace(-1.0, 1.0, 3) * (steps[1] - steps[0])
     grid = np.stack(np.meshgrid(small, small, small, steps, steps, indexing="ij"), axis=-1).reshape(-1, 5)
-    share, visible = shares_along(evidence, grid + change)
+    share, visible, _ = shares_along(evidence, grid + change)
     share = share * np.minimum(1.0, visible / 0.5)
     best = int(share.argmax())
     if share[best] < coverage + 0.07:
@@ -138,15 +153,18 @@ def _edge_shown(evidence: PolarEvidence, change: FloatArray) -> BoolArray:
 # ---------------------------------------------------------------- the last fit
 
 
-def fit_rim(photographs: Sequence[Photograph], circle: Circle) -> Rim:
-    """Fit the rim in photographs of one frame.
+def fit_rim(photographs: Sequence[Photograph], shifts_px: Sequence[FloatArray], circle: Circle) -> Rim:
+    """Fit the rim in one or more photographs of a bracket together.
 
     Parameters
     ----------
     photographs
-        One or more photographs in which the ball is at the same place.
+        The bracket.
+    shifts_px
+        Where the ball of each lies from where it is in the first one's frame (x, y), zeros for a camera that
+        stood still.
     circle
-        The outline to within some 5 % of its radius.
+        The outline in the first one's frame to within some 5 % of its radius.
 
     Returns
     -------
@@ -154,13 +172,13 @@ def fit_rim(photographs: Sequence[Photograph], circle: Circle) -> Rim:
         Its points are the measured ones, each drawn towards the curve by as much as its weight is less than
         the best: an unweighted fit to the points then gives what the weighted fit to the measurements gave.
     """
-    ellipse, coverage, shown = approach(photographs, circle)
+    ellipse, coverage, shown = approach(photographs, shifts_px, circle)
     angles = full_turn(RIM_ANGLES)
     usable = np.interp(angles, full_turn(ANGLES), shown.astype(float), period=2.0 * np.pi) > 0.5
     rim = _unrefined(ellipse, coverage, angles[usable])
     for level in FINE_RADII_PX:
         scale = min(1.0, level / rim.ellipse.radius)
-        refined = _refined(photographs, rim, scale, usable)
+        refined = _refined(photographs, shifts_px, rim, scale, usable)
         if refined is None:
             break
         rim, blur = refined
@@ -170,18 +188,26 @@ def fit_rim(photographs: Sequence[Photograph], circle: Circle) -> Rim:
 
 
 def _refined(
-    photographs: Sequence[Photograph], rim: Rim, scale: float, usable: BoolArray
+    photographs: Sequence[Photograph],
+    shifts_px: Sequence[FloatArray],
+    rim: Rim,
+    scale: float,
+    usable: BoolArray,
 ) -> tuple[Rim, float] | None:
     """The rim fitted in pictures scaled by `scale`, and their blur in their own pixels; None where nothing fits."""
     ellipse = rim.ellipse
     angles = full_turn(RIM_ANGLES)
-    model = _best_model([_profiles(one, ellipse, scale, angles) for one in photographs], usable)
+    profiles = [
+        _profiles(one, ellipse.moved(shift), scale, angles)
+        for one, shift in zip(photographs, shifts_px, strict=True)
+    ]
+    model = _best_model(profiles, usable)
     if model is None:
         return None
     misfit, blur = model
     change, found, weight = _robust_fit(misfit, angles)
     good = weight > 0.02 * weight.max()
-    if good.sum() < 24 or np.abs(change).max() > SEARCH_PX:
+    if good.sum() < ENOUGH_ANGLES or np.abs(change).max() > BELIEVED_PX:
         return None
     curve = harmonics(angles, 3) @ change
     residual = np.where(good, (found - curve) * weight / weight.max(), 0.0)
@@ -346,8 +372,3 @@ def _robust_fit(misfit: FloatArray, angles: FloatArray) -> tuple[FloatArray, Flo
         change = np.linalg.lstsq(shape * root[:, None], found * root, rcond=None)[0]
         window = max(0.8, 0.8 * window)
     return change, found, weight
-
-
-def with_radius(circle: Circle, radius_px: float) -> Circle:
-    """The circle with another radius."""
-    return replace(circle, radius=radius_px)
