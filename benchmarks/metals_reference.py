@@ -113,7 +113,7 @@ def build_scene(description: dict[str, Any], folder: Path) -> bpy.types.Scene:
     floor.from_pydata(
         [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [], [(0, 1, 2, 3)]
     )
-    grey = material("Floor", "ShaderNodeBsdfDiffuse", "Color")
+    grey = material("Floor", "ShaderNodeBsdfDiffuse")
     grey.spectral_probe.kind = "REFLECTANCE"
     grey.spectral_probe.reflectance_path = table(folder / "floor.csv", nm, description["floor_reflectance"])
     floor.materials.append(grey)
@@ -124,7 +124,7 @@ def build_scene(description: dict[str, Any], folder: Path) -> bpy.types.Scene:
             segments=256, ring_count=128, radius=ball["radius"], location=ball["at"]
         )
         bpy.ops.object.shade_smooth()
-        metal = material(ball["metal"], "ShaderNodeBsdfMetallic", "Base Color")
+        metal = material(ball["metal"], "ShaderNodeBsdfMetallic")
         metal.node_tree.nodes["Shader"].distribution = "GGX"
         metal.node_tree.nodes["Shader"].inputs["Roughness"].default_value = math.sqrt(ball["ggx_alpha"])
         metal.spectral_probe.kind = "METAL"
@@ -133,7 +133,7 @@ def build_scene(description: dict[str, Any], folder: Path) -> bpy.types.Scene:
     return scene
 
 
-def material(name: str, shader: str, _colour: str) -> bpy.types.Material:
+def material(name: str, shader: str) -> bpy.types.Material:
     """A material of one shader, called "Shader" in its node tree."""
     made = bpy.data.materials.new(name)
     tree = made.node_tree
@@ -175,7 +175,7 @@ def write_preview(path: Path, xyz: Array, scale: float) -> None:
 
 
 def main() -> None:
-    """Render and compare; prints one JSON object."""
+    """Render and compare; prints one JSON object and leaves it, with pictures, in the output folder."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -220,7 +220,9 @@ def main() -> None:
         }
         if passes != "all" and "all" in rendered:
             results[str(passes)]["against_own_61"] = differences(rendered[str(passes)], rendered["all"])
-    sys.stdout.write(json.dumps(results, indent=2) + "\n")
+    text = json.dumps(results, indent=2) + "\n"
+    (options.output / "metals_reference.json").write_text(text)
+    sys.stdout.write(text)
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ from ...spectral_probe.spectra.colorimetry import xyz_to_rec709
 from .images import exr_renders
 from .light import LayerLight, WavelengthLight, panorama_rec709
 from .materials import rgb_materials, spectral_materials, working_to_rec709
-from .restore import changed, in_scene, stand_in
+from .restore import changed, in_scene, refuse_linked, stand_in
 from .world import temporary_light
 
 type Array = np.ndarray[Any, Any]
@@ -196,18 +196,15 @@ def _without_lamps(scene: bpy.types.Scene) -> Iterator[list[str]]:
     """The scene with dark lamps; yields warnings that name them."""
     warnings: list[str] = []
     with ExitStack() as stack:
-        for lamp in in_scene(scene, bpy.data.lights):
+        lamps = in_scene(scene, bpy.data.lights)
+        for lamp in lamps:
             dark = bpy.data.lights.new("Spectral Probe Dark", "POINT")
             dark.energy = 0.0
             stack.enter_context(stand_in(lamp, dark))
             warnings.append(
                 f'Lamp "{lamp.name}" is not spectral yet and was left out, of the RGB render too.'
             )
-            if in_scene(scene, [lamp]):
-                raise RenderError(
-                    f'Lamp "{lamp.name}" is used by data linked from another file. Make it local '
-                    "(Object > Relations > Make Local > All) before a spectral render."
-                )
+        refuse_linked(scene, lamps, "Lamp")
         yield warnings
 
 

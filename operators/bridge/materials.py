@@ -27,7 +27,7 @@ from ...spectral_probe.spectra.colorimetry import illuminant, spectra_to_xyz, xy
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
 from ...spectral_probe.spectra.metals import fresnel_reflectance, refractive_index
 from ...spectral_probe.spectra.uplift import reflectance_basis
-from .restore import in_scene, stand_in
+from .restore import in_scene, refuse_linked, stand_in
 from .shaders import darken, link_of, measured_sockets, metal_nodes, own_trees, set_value, shaders, unlink
 
 COLOUR_VECTORS = (
@@ -124,14 +124,10 @@ def _stand_ins(scene: bpy.types.Scene) -> Iterator[list[_Copy]]:
         for original in originals:
             copy = original.copy()
             stack.enter_context(stand_in(original, copy))
-            if in_scene(scene, [original]):
-                raise RenderError(
-                    f'Material "{original.name}" is used by data linked from another file. Make it local '
-                    "(Object > Relations > Make Local > All) before a spectral render."
-                )
             copy.animation_data_clear()
             trees = own_trees(copy.node_tree, stack) if copy.node_tree else []
             copies.append((original.name, copy, trees))
+        refuse_linked(scene, originals, "Material")
         yield copies
 
 

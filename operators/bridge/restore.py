@@ -6,6 +6,8 @@ from typing import Any
 
 import bpy
 
+from ...spectral_probe.errors import RenderError
+
 
 @contextmanager
 def changed(owner: bpy.types.bpy_struct, **values: Any) -> Iterator[None]:
@@ -40,6 +42,15 @@ def stand_in(original: bpy.types.ID, replacement: bpy.types.ID) -> Iterator[None
 def remove(datablock: bpy.types.ID) -> None:
     """Remove a temporary datablock."""
     bpy.data.batch_remove([datablock])
+
+
+def refuse_linked(scene: bpy.types.Scene, datablocks: list[Any], kind: str) -> None:
+    """Raise a `RenderError` if the scene still uses datablocks that have stand-ins: data of other files keeps its own."""
+    for datablock in in_scene(scene, datablocks):
+        raise RenderError(
+            f'{kind} "{datablock.name}" is used by data linked from another file. Make it local '
+            "(Object > Relations > Make Local > All) before a spectral render."
+        )
 
 
 def in_scene(scene: bpy.types.Scene, datablocks: Any) -> list[Any]:

@@ -5,43 +5,42 @@ import importlib.util
 import os
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
 EXTENSION = "spectral_probe_extension"
 
+# Blender reads this when bpy is imported, unless tests of another folder did so in the same process.
+_resources = tempfile.TemporaryDirectory(prefix="spectral_probe_blender_")
+if "bpy" not in sys.modules:
+    os.environ["BLENDER_USER_RESOURCES"] = _resources.name
 
-@pytest.fixture(scope="session")
-def extension(project_root: Path):
+import bpy  # noqa: E402  (not before its folders are set)
+
+
+@pytest.fixture(scope="module")
+def extension(project_root: Path) -> Iterator[Callable[[str], ModuleType]]:
     """Look up a module of the checkout, loaded as a package; settings of scenes and materials are attached."""
-    with tempfile.TemporaryDirectory() as folder:
-        for name in ("BLENDER_USER_RESOURCES", "BLENDER_USER_EXTENSIONS"):
-            os.environ.setdefault(name, folder)
-        import bpy
-
-        attached = hasattr(bpy.types.Material, "spectral_probe")
-        if EXTENSION not in sys.modules:
-            spec = importlib.util.spec_from_file_location(
-                EXTENSION, project_root / "__init__.py", submodule_search_locations=[str(project_root)]
-            )
-            sys.modules[EXTENSION] = importlib.util.module_from_spec(spec)
-            spec.loader.exec_module(sys.modules[EXTENSION])
-        properties = importlib.import_module(f"{EXTENSION}.properties")
-        if not attached:
-            properties.register()
-        yield lambda name: importlib.import_module(f"{EXTENSION}.{name}")
-        if not attached:
-            properties.unregister()
+    if EXTENSION not in sys.modules:
+        spec = importlib.util.spec_from_file_location(
+            EXTENSION, project_root / "__init__.py", submodule_search_locations=[str(project_root)]
+        )
+        sys.modules[EXTENSION] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[EXTENSION])
+    properties = importlib.import_module(f"{EXTENSION}.properties")
+    properties.register()
+    yield lambda name: importlib.import_module(f"{EXTENSION}.{name}")
+    properties.unregister()
 
 
 @pytest.fixture
-def scene(extension: Any):
-    """An empty Cycles scene of 64 x 64 pixels with a camera at the origin of -Y, looking along +Y."""
-    import bpy
-
+def scene(extension: Any) -> Iterator[Any]:  # noqa: ARG001  (settings must be attached before the file is read)
+    """An empty Cycles scene of 64 x 64 pixels, seen from (0, -5, 0) along +Y."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -62,7 +61,6 @@ def bridge(extension: Any) -> ModuleType:
 @pytest.fixture
 def uniform_light(extension: Any):
     """Make a panorama of one spectrum (61,) from everywhere."""
-    import numpy as np
 
     def make(spectrum: Any, height: int = 8) -> Any:
         return extension("spectral_probe.model").SpectralPanorama(
@@ -80,9 +78,10 @@ def uniform_light(extension: Any):
 @pytest.fixture
 def ball():
     """Add a smooth ball of radius 1 with a one-shader material to the scene."""
-    import bpy
 
-    def add(shader: str = "ShaderNodeBsdfDiffuse", location: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Any:
+    def add(
+        shader: str = "ShaderNodeBsdfDiffuse", location: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ) -> Any:
         bpy.ops.mesh.primitive_uv_sphere_add(segments=96, ring_count=48, location=location)
         bpy.ops.object.shade_smooth()
         material = bpy.data.materials.new("Material")

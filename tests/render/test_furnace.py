@@ -30,7 +30,13 @@ def test_white_furnace(scene, bridge, extension, uniform_light, ball, tmp_path, 
     finish = extension("spectral_probe.model").finish
     read_rgb = extension("spectral_probe.files.image_exr").read_rgb
     job = bridge.spectral_render(
-        scene, uniform_light(np.full(61, 0.02)), None, tmp_path / "out", samples=32, passes=passes, rgb_twin=False
+        scene,
+        uniform_light(np.full(61, 0.02)),
+        None,
+        tmp_path / "out",
+        samples=32,
+        passes=passes,
+        rgb_twin=False,
     )
     result = finish(job)
 

@@ -1,12 +1,21 @@
 """The scene comes back exactly: after success, after an error in mid-render, and after the job is closed early."""
 
+import bpy
 import numpy as np
 import pytest
 
-import bpy
-
 # What Blender itself changes by rendering, or what only says when something was changed.
-VOLATILE = {"rna_type", "bl_rna", "is_evaluated", "tag", "session_uid", "depsgraph", "preview", "original", "is_updated"}
+VOLATILE = {
+    "rna_type",
+    "bl_rna",
+    "is_evaluated",
+    "tag",
+    "session_uid",
+    "depsgraph",
+    "preview",
+    "original",
+    "is_updated",
+}
 
 
 def dump(owner, depth=0, seen=None):
@@ -44,7 +53,8 @@ def item(value, depth, seen):
 def everything(scene):
     materials = [dump(m) for m in bpy.data.materials]
     objects = [
-        [(s.name, s.link, s.material.as_pointer() if s.material else 0) for s in o.material_slots] for o in scene.objects
+        [(s.name, s.link, s.material.as_pointer() if s.material else 0) for s in o.material_slots]
+        for o in scene.objects
     ]
     data = [(type(o.data).__name__, o.data.as_pointer()) if o.data else None for o in scene.objects]
     return {
@@ -107,10 +117,32 @@ def furnished(scene, ball):
     return scene
 
 
+def test_the_comparison_would_see_a_change(furnished):
+    """Each of these must show, or the tests below prove nothing."""
+    changes = [
+        lambda: setattr(furnished.cycles, "samples", 8),
+        lambda: setattr(furnished.cycles, "sample_clamp_indirect", 0.0),
+        lambda: setattr(furnished.render, "use_persistent_data", True),
+        lambda: setattr(furnished.render.image_settings, "file_format", "OPEN_EXR"),
+        lambda: setattr(furnished.view_layers[1], "use", False),
+        lambda: setattr(furnished.objects["Shared mesh"].material_slots[0], "material", None),
+        lambda: setattr(
+            bpy.data.materials["Material"].node_tree.nodes["Shader"].inputs[1], "default_value", 0.123
+        ),
+        lambda: bpy.data.lights.new("Left over", "POINT"),
+        lambda: setattr(furnished, "world", None),
+    ]
+    before = everything(furnished)
+    for change in changes:
+        change()
+        after = everything(furnished)
+        assert after != before
+        before = after
+
+
 @pytest.mark.parametrize("passes", [3, "all"])
 def test_after_success(furnished, bridge, extension, uniform_light, tmp_path, passes):
     before = everything(furnished)
-    furnished.render.resolution_percentage = before["scene"]["render"][1]["resolution_percentage"]
     job = bridge.spectral_render(
         furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=passes, rgb_twin=passes == 3
     )
