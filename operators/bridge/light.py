@@ -7,7 +7,7 @@ import numpy as np
 
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import PassPlan, SpectralPanorama
-from ...spectral_probe.render.layers import light_layers
+from ...spectral_probe.render.layers import light_layers, light_mixtures
 from ...spectral_probe.render.plan import light_basis_plan, reference_plan
 from ...spectral_probe.spectra.colorimetry import spectra_to_xyz, xyz_to_rec709
 from ...spectral_probe.spectra.grid import resample
@@ -24,7 +24,9 @@ class LayerLight:
 
     def plan(self, reflectances: Array, passes: int | None) -> PassPlan:
         """A plan for these layers and the scene's reflectances (N, 61)."""
-        return light_basis_plan(self.layers.spectra, reflectances, passes or None)
+        return light_basis_plan(
+            self.layers.spectra, reflectances, passes or None, light_mixtures(self.layers)
+        )
 
     def checked(self, plan: PassPlan) -> PassPlan:
         """The plan, if it was made for these layers: its interpolation of a constant must give their spectra."""

@@ -78,6 +78,25 @@ def light_layers(panorama: SpectralPanorama) -> LightLayers:
     )
 
 
+def light_mixtures(layers: LightLayers, count: int = 2000) -> FloatArray:
+    """Random mixtures of the layers that light in the scene can have, (count, 3) shares that sum to one.
+
+    What reaches a surface is a mean over some of the panorama: of one direction for a mirror, of many for a rough surface.
+    Directions are drawn by the energy that comes from them.
+    """
+    generator = np.random.default_rng(4)
+    flat = layers.weights.reshape(-1, 3).astype(float)
+    to_luminance = layers.spectra @ colour_matching_functions()[:, 1]
+    solid_angle = np.broadcast_to(_solid_angles(layers.weights.shape[0]), layers.weights.shape[:2]).ravel()
+    energy = np.cumsum(np.maximum(flat @ to_luminance, 0.0) * solid_angle)
+    directions = np.array([1, 1, 4, 16, 64])[np.arange(count) % 5]
+    mixtures = np.zeros((count, 3))
+    for number in range(directions.max()):
+        drawn = np.searchsorted(energy, generator.random(count) * energy[-1])
+        mixtures += np.where(number < directions, 1.0, 0.0)[:, None] * flat[np.minimum(drawn, len(flat) - 1)]
+    return np.asarray(mixtures / np.maximum(mixtures.sum(-1, keepdims=True), 1e-12))
+
+
 def _solid_angles(height: int) -> FloatArray:
     """Relative solid angle of the texels of each row of an equirectangular panorama, (H, 1), mean 1."""
     edges = np.cos(np.linspace(0.0, np.pi, height + 1))

@@ -38,6 +38,7 @@ TARGET_MAX_DE2000 = 2.0
 FEWEST_PASSES, MOST_PASSES = 3, 20
 
 _TRAINING, _HELD_OUT = 4000, 2000
+_LIGHTS_IN_METRIC = 64
 _NUGGET = 1e-6
 """Share of the mean variance added on the diagonal: keeps the interpolation from amplifying noise."""
 
@@ -71,7 +72,10 @@ def reference_plan() -> PassPlan:
 
 
 def light_basis_plan(
-    layer_spectra: FloatArray, material_spectra: FloatArray, passes: int | None = None
+    layer_spectra: FloatArray,
+    material_spectra: FloatArray,
+    passes: int | None = None,
+    mixtures: FloatArray | None = None,
 ) -> PassPlan:
     """A plan that renders the scene's transport of three light layers at few wavelengths.
 
@@ -84,12 +88,15 @@ def light_basis_plan(
         always added (light seen directly, white surfaces).
     passes
         Number of wavelengths; None takes the fewest that reach `TARGET_MEAN_DE2000` and `TARGET_MAX_DE2000`.
+    mixtures
+        (M, 3) shares of the layers in the light that occurs (`layers.light_mixtures`); a layer alone may be no light at all,
+        since its spectrum may be signed. None takes all mixtures alike.
 
     Returns
     -------
     PassPlan
         With the predicted mean and maximum dE2000 against all 61 wavelengths, over random held-out products of
-        up to three reflectances under random mixtures of the layers. Their white is the mixture's own.
+        up to three reflectances under the mixtures of the layers, the white being that of the mean mixture.
 
     Raises
     ------
@@ -112,7 +119,8 @@ def light_basis_plan(
     training = _random_transport(surfaces, _TRAINING, seed=1)
     covariance = training.T @ training / len(training)
     covariance += _NUGGET * np.trace(covariance) / count * np.eye(count)
-    metric = _lab_metric(layers)
+    lights = _lights(layers, mixtures)
+    metric = _lab_metric(lights)
     held_out = _random_transport(surfaces, _HELD_OUT, seed=2)
 
     nodes: list[int] = []
@@ -120,8 +128,9 @@ def light_basis_plan(
         nodes = _exchange(_add_node(nodes, covariance, metric), covariance, metric)
         if size < (passes or FEWEST_PASSES):
             continue
-        plan = _plan_of(sorted(nodes), covariance, layers)
-        predicted = _predicted_error(plan, layers, held_out)
+        weights = _interpolation(sorted(nodes), covariance)
+        plan = _plan_of(sorted(nodes), weights, layers)
+        predicted = _predicted_error(plan, weights, lights, held_out)
         if size == passes or (predicted[0] <= TARGET_MEAN_DE2000 and predicted[1] <= TARGET_MAX_DE2000):
             break
     return replace(plan, predicted_de2000=predicted)
@@ -144,19 +153,27 @@ def _random_transport(surfaces: FloatArray, count: int, seed: int) -> FloatArray
     return transport / np.maximum(transport.mean(1, keepdims=True), 1e-6)
 
 
-def _lab_metric(layers: FloatArray) -> FloatArray:
-    """(L, L) matrix G: the squared error of a transport e (L,) in linearised CIELAB is e G e, summed over the layers.
+def _lights(layers: FloatArray, mixtures: FloatArray | None) -> FloatArray:
+    """Lights (M, L) that occur: mixtures of the layers, each as bright as their mean; those no eye can see are left out."""
+    if mixtures is None:
+        mixtures = np.random.default_rng(3).dirichlet(np.ones(len(layers)), size=_HELD_OUT)
+    lights = np.concatenate([mixtures.mean(0, keepdims=True), mixtures]) @ layers
+    xyz = spectra_to_xyz(lights)
+    seen = (xyz > 1e-3 * xyz[:, 1:2]).all(-1) & (xyz[:, 1] > 0)
+    return np.asarray(lights[seen] / xyz[seen, 1:2])
 
-    The white is the sum of the layers; each layer counts as if it were alone, as bright as that white.
+
+def _lab_metric(lights: FloatArray) -> FloatArray:
+    """(L, L) matrix G: the squared error of a transport e (L,) in linearised CIELAB is e G e, in the mean over the lights.
+
+    The white is the first of the lights.
     """
     cmf = colour_matching_functions() * STEP_NM
-    white = np.maximum(layers.sum(0) @ cmf, 1e-6 * np.abs(layers.sum(0) @ cmf).max())
+    white = spectra_to_xyz(lights[0])
     to_lab = np.array([[0.0, 116.0, 0.0], [500.0, -500.0, 0.0], [0.0, 200.0, -200.0]]) / 3.0
-    metric = np.zeros((layers.shape[1],) * 2)
-    for light in (*layers, layers.sum(0)):
-        luminance = float(light @ cmf[:, 1])
-        scale = white[1] / luminance if luminance > 0 else 1.0
-        sensitivity = (scale * light[:, None] * cmf / white) @ to_lab.T
+    metric = np.zeros((lights.shape[1],) * 2)
+    for light in lights[: _LIGHTS_IN_METRIC + 1]:
+        sensitivity = (light[:, None] * cmf / white) @ to_lab.T
         metric += sensitivity @ sensitivity.T
     return metric
 
@@ -197,8 +214,7 @@ def _exchange(nodes: list[int], covariance: FloatArray, metric: FloatArray) -> l
     return nodes
 
 
-def _plan_of(nodes: list[int], covariance: FloatArray, layers: FloatArray) -> PassPlan:
-    weights = _interpolation(nodes, covariance)
+def _plan_of(nodes: list[int], weights: FloatArray, layers: FloatArray) -> PassPlan:
     return PassPlan(
         kind="light-basis",
         wavelengths_nm=np.repeat(WAVELENGTHS_NM[nodes][:, None], 3, axis=1),
@@ -208,22 +224,16 @@ def _plan_of(nodes: list[int], covariance: FloatArray, layers: FloatArray) -> Pa
     )
 
 
-def _predicted_error(plan: PassPlan, layers: FloatArray, transport: FloatArray) -> tuple[float, float]:
-    """Mean and maximum dE2000 of the plan over transports (N, L) under random mixtures of the layers."""
-    mixtures = np.random.default_rng(3).dirichlet(np.ones(len(layers)), size=len(transport))
-    light = mixtures @ layers
-    white = spectra_to_xyz(light)
-    lit = (white > 0).all(-1)
-    transport, light, white, mixtures = transport[lit], light[lit], white[lit], mixtures[lit]
-    if not len(white):
-        return 0.0, 0.0
+def _predicted_error(
+    plan: PassPlan, weights: FloatArray, lights: FloatArray, transport: FloatArray
+) -> tuple[float, float]:
+    """Mean and maximum dE2000 of the plan's interpolation `weights` (P, L) over transports (N, L) under the lights."""
     transport = transport / transport.max(1, keepdims=True)
+    light = lights[np.arange(len(transport)) % len(lights)]
     nodes = np.searchsorted(plan.grid_nm, plan.wavelengths_nm[:, 0])
-    spectra = np.einsum("np,nc,pcl->nl", transport[:, nodes], mixtures, plan.reconstruction, optimize=True)
-    # dE2000 takes one white for all: bring every light to the same white first, as the eye adapts to it.
-    common = np.array([0.9505, 1.0, 1.089])
-    exact, estimate = (spectra_to_xyz(s) / white * common for s in (transport * light, spectra))
-    error = delta_e_2000(exact, np.maximum(estimate, 0.0), common)
+    white = spectra_to_xyz(lights[0])
+    exact, estimate = (spectra_to_xyz(s * light) for s in (transport, transport[:, nodes] @ weights))
+    error = delta_e_2000(exact, np.maximum(estimate, 0.0), white)
     return float(error.mean()), float(error.max())
 
 

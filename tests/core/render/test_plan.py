@@ -97,11 +97,11 @@ def test_the_prediction_is_of_the_size_of_the_error(layers, metals):
 
 
 def test_chosen_wavelengths_beat_even_spacing(layers, metals):
-    from spectral_probe.render.plan import _exchange, _expected_error, _lab_metric, _random_transport
+    from spectral_probe.render.plan import _exchange, _expected_error, _lab_metric, _lights, _random_transport
 
     surfaces = np.concatenate([np.ones((1, 61)), metals])
     training = _random_transport(surfaces, 500, seed=5)
-    covariance, metric = training.T @ training / 500 + 1e-6 * np.eye(61), _lab_metric(layers)
+    covariance, metric = training.T @ training / 500 + 1e-6 * np.eye(61), _lab_metric(_lights(layers, None))
     even = list(range(6, 61, 12))
     exchanged = _exchange(even, covariance, metric)
     unpredicted = (covariance * metric).sum()  # what the error is counted from
