@@ -20,9 +20,10 @@ ENOUGH_SIGNIFICANCE = 40.0
 KNOWN_RADIUS_COVERAGE = 0.25
 """The same where another photograph of the bracket has told the radius already."""
 
-CUT_SHARE = 0.005
-"""How far, in radii, an outline may leave the frame: the outermost 0.5 % of the radius shows only the last
-11 degrees behind the ball, where no mirrored ball resolves anything."""
+CUT_SHARE = 0.04
+"""How far, in radii, an outline may leave the frame. A cut of 4 % hides 0.6 % of the ball's picture, all of it near the rim,
+where the world behind the ball is squeezed together and the other views see better; the rest of the rim tells where
+the cut part lies."""
 
 
 def detect_outline(photographs: Photograph | Sequence[Photograph]) -> Outline:
@@ -68,7 +69,7 @@ def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
     Raises
     ------
     OutlineError
-        There is no ball in the bracket, or the frame cuts it.
+        There is no ball in the bracket, or the frame of the first photograph cuts it.
     """
     if not photographs:
         raise OutlineError("There is no photograph to find the ball in. List photos in the view.")
@@ -77,11 +78,10 @@ def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
     clearest = max(range(len(photographs)), key=lambda index: circles[index].significance)
     start = circles[clearest].moved(-shifts[clearest])
     rim = fit_rim(photographs, shifts, start)
-    outlines = []
-    for photograph, shift in zip(photographs, shifts, strict=True):
-        outline = _as_outline(rim, shift)
-        check_in_frame(outline, (photograph.pixels.shape[1], photograph.pixels.shape[0]))
-        outlines.append(outline)
+    outlines = [_as_outline(rim, shift) for shift in shifts]
+    # What a later photograph cuts off, the first and the others have.
+    height, width = photographs[0].clipped.shape
+    check_in_frame(outlines[0], (width, height))
     return outlines
 
 

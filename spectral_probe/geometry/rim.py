@@ -5,7 +5,8 @@ inside the rim of radius r turns the line of sight by about 2 sqrt(2 delta / r).
 along a radius, no step at the rim but a cusp, a polynomial in sqrt(delta), and the steepest place of its
 blurred image lies up to a pixel *inside* the rim. Fitting that cusp, blurred, in place of a step takes the
 error from 0.7 px to under 0.1 px. A dull, tarnished or lacquered rim does have a step; the picture itself
-tells which model describes it.
+tells which model describes it. Pictures with sharpening and a tone curve (JPEG) are always fitted with a
+step.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ BELIEVED_PX = 1.8
 """A fit that moves the outline further than this, in pixels of its picture, has followed something else."""
 
 RIM_ANGLES = 360
-ENOUGH_ANGLES = 72
-"""A fifth of the rim must speak for a fit, or the outline stays as it was."""
+ENOUGH_ANGLES = 144
+"""Two fifths of the rim must speak for a fit, or the outline stays as it was."""
 
 DEPTH_INSIDE_PX, DEPTH_OUTSIDE_PX, DEPTH_STEP_PX = 7.0, 6.0, 0.5
 SEARCH_PX, SEARCH_STEP_PX = 3.0, 0.2
@@ -201,7 +202,9 @@ def _refined(
         _profiles(one, ellipse.moved(shift), scale, angles)
         for one, shift in zip(photographs, shifts_px, strict=True)
     ]
-    model = _best_model(profiles, usable)
+    # Sharpening and tone curves make halos at the rim that pass for the outer side of a cusp.
+    developed = any(one.display_referred for one in photographs)
+    model = _best_model(profiles, usable, (STEP,) if developed else (CUSP, STEP))
     if model is None:
         return None
     misfit, blur = model
@@ -303,26 +306,29 @@ def _places() -> FloatArray:
     return np.arange(-SEARCH_PX, SEARCH_PX + 0.01, SEARCH_STEP_PX)
 
 
-def _best_model(profiles: Sequence[_Profiles], usable: BoolArray) -> tuple[FloatArray, float] | None:
+def _best_model(
+    profiles: Sequence[_Profiles], usable: BoolArray, models: Sequence[Sequence[str]]
+) -> tuple[FloatArray, float] | None:
     """Misfit (A, T) of the rim at each place by the best model, in units of the noise shown, and that model's blur.
 
     Angles that tell nothing have no misfit at all. None where too few tell anything.
     """
     best: tuple[float, FloatArray, float] | None = None
-    for terms, handicap in ((CUSP, STEP_ADVANTAGE), (STEP, 1.0)):
+    for terms in models:
+        handicap = STEP_ADVANTAGE if terms is CUSP else 1.0
         for blur in BLURS_PX:
             squares, freedom = _squares(profiles, usable, _shapes(terms, blur, _places()))
             least = squares.min(axis=1)
             told = freedom > 0
-            if told.sum() < 24:
+            if told.sum() < ENOUGH_ANGLES:
                 return None
-            excess = np.maximum(1.0, least / np.maximum(freedom, 1))
+            excess = least / np.maximum(freedom, 1)
             typical = float(np.median(excess[told]))
             if best is None or handicap * typical < best[0]:
                 # Where no model fits, something else crosses the rim (a stand, a reflected edge): it does
                 # not count.
-                trusted = told & (excess < 2.5 * typical)
-                scaled = (squares - least[:, None]) / np.maximum(excess, typical)[:, None]
+                trusted = told & (excess < 2.5 * max(typical, 1.0))
+                scaled = (squares - least[:, None]) / np.maximum(np.maximum(excess, typical), 1.0)[:, None]
                 best = handicap * typical, np.where(trusted[:, None], scaled, 0.0), blur
     return None if best is None else best[1:]
 

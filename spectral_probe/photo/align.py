@@ -135,20 +135,28 @@ def _detail(
     """Fine detail (size, size) of log luminance from a corner (x, y) on, and where it can be trusted."""
     import cv2
 
-    matrix = np.array([[1.0 / scale, 0.0, corner[0]], [0.0, 1.0 / scale, corner[1]]])
+    height, width = photograph.clipped.shape
+    margin = 2.0 + 2.0 / scale
+    left, right = (int(np.clip(corner[0] + a, 0, width)) for a in (-margin, size / scale + margin))
+    top, bottom = (int(np.clip(corner[1] + a, 0, height)) for a in (-margin, size / scale + margin))
+    if right - left < 8 or bottom - top < 8:
+        return np.zeros((size, size), np.float32), np.zeros((size, size), bool)
+    matrix = np.array([[1.0 / scale, 0.0, corner[0] - left], [0.0, 1.0 / scale, corner[1] - top]])
     matrix[:, 2] += 0.5 / scale - 0.5  # from pixel centres at integers, as OpenCV counts, to integer + 0.5
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    luminance = photograph.pixels.mean(axis=-1)
+    luminance = photograph.pixels[top:bottom, left:right].mean(axis=-1)
+    hidden = photograph.clipped[top:bottom, left:right].astype(np.float32)
     if scale < 1.0:
         luminance = cv2.GaussianBlur(luminance, (0, 0), 0.4 / scale)
+        hidden = cv2.GaussianBlur(hidden, (0, 0), 0.4 / scale)
     inside = np.ones(luminance.shape, np.float32)
     picture = cv2.warpAffine(luminance, matrix, (size, size), flags=flags, borderMode=cv2.BORDER_REPLICATE)
-    clipped = cv2.warpAffine(photograph.clipped.astype(np.float32), matrix, (size, size), flags=flags)
+    clipped = cv2.warpAffine(hidden, matrix, (size, size), flags=flags)
     covered = cv2.warpAffine(inside, matrix, (size, size), flags=flags)
     floor = 0.01 if photograph.display_referred else 0.002
     if photograph.scene_referred_float:
         floor = 0.01 * max(float(np.median(picture)), 1e-6)
-    seen = (clipped <= 0.0) & (covered > 0.999) & (picture > floor)
+    seen = (clipped < 0.02) & (covered > 0.999) & (picture > floor)
     logarithm = np.log(np.maximum(picture, 0.0) + floor).astype(np.float32)
     detail = cv2.GaussianBlur(logarithm, (0, 0), 1.0) - cv2.GaussianBlur(logarithm, (0, 0), 8.0)
     contrast = float(detail[seen].std()) if seen.any() else 1.0
