@@ -2,6 +2,7 @@
 
 A view samples a direction best where the ball faces it squarely: near the rim a pixel spans many directions and
 the outline's error grows as 1 / cos(theta_i). Towards itself a camera sees only itself, so there the other views count.
+What one view alone shows (the photographer, who walked on) gives way to what two others agree on.
 """
 
 from __future__ import annotations
@@ -19,6 +20,12 @@ _OWN_REFLECTION_RAD = (np.radians(9.0), np.radians(16.0))
 
 _LAST_RESORT = 1e-4
 """Weight of a camera's own reflection where no other view helps."""
+
+_DISAGREEMENT = 0.08
+"""Difference of two views, in natural logarithm of radiance, that one view has to differ more than the others to be doubted."""
+
+_AGREEMENT_WIDTH_RAD = np.radians(1.5)
+"""Standard deviation of the blur under which views are compared: wider than their registration and noise."""
 
 _SHARPNESS = 6
 """Power of the sampling quality: high enough that seams are short, low enough that noise averages."""
@@ -39,6 +46,8 @@ def view_weights(views: Sequence[ViewPanorama]) -> FloatArray:
     """
     any_valid = np.any([view.valid for view in views], axis=0)
     quality = np.stack([_quality(view, np.where(any_valid, view.valid, view.seen)) for view in views])
+    if len(views) >= 3:
+        quality *= _trust(views)
     total = quality.sum(0)
     return np.asarray(quality / np.where(total > 0, total, 1.0), np.float32)
 
@@ -48,6 +57,40 @@ def _quality(view: ViewPanorama, usable: BoolArray) -> FloatArray:
     ramp = np.clip((view.facing_rad - first) / (last - first), 0.0, 1.0)
     shown = np.maximum(ramp * ramp * (3 - 2 * ramp), _LAST_RESORT)
     return np.where(usable, np.maximum(view.cos_incidence, 1e-3) ** _SHARPNESS * shown, 0.0)
+
+
+def _trust(views: Sequence[ViewPanorama]) -> FloatArray:
+    """How far each view is to be believed in every direction, (V, H, W) in 0..1.
+
+    A view's disagreement is its distance from the nearest other view; where two agree, a third that differs from both loses.
+    Where fewer than three see a direction nobody can say who is right, and all are believed.
+    """
+    seen = np.stack([view.seen for view in views])
+    logs = [_blurred_log(view) for view in views]
+    nearest = np.full(seen.shape, np.inf, np.float32)
+    for first in range(len(views)):
+        for second in range(first):
+            distance = np.abs(logs[first] - logs[second]).mean(-1)
+            distance = np.where(seen[first] & seen[second], distance, np.inf)
+            nearest[first] = np.minimum(nearest[first], distance)
+            nearest[second] = np.minimum(nearest[second], distance)
+    decidable = seen.sum(0) >= 3
+    excess = np.where(decidable & seen, nearest - np.where(decidable, nearest.min(0), 0.0), 0.0)
+    return np.asarray(np.exp(-((excess / _DISAGREEMENT) ** 2)), np.float32)
+
+
+def _blurred_log(view: ViewPanorama) -> FloatArray:
+    """Logarithm of the responses, blurred over the sphere's texels that the view saw; a floor keeps noise in the dark out."""
+    height, width = view.seen.shape
+    floor = max(0.02 * float(np.median(view.responses[view.seen])), 1e-30) if view.seen.any() else 1.0
+    log = np.log(np.maximum(view.responses, 0.0) + floor).astype(np.float32)
+    seen = view.seen.astype(np.float32)
+    sigma = _AGREEMENT_WIDTH_RAD * width / (2 * np.pi)
+    blurred = [
+        cv2.GaussianBlur(channel, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
+        for channel in (*np.moveaxis(log * seen[..., None], -1, 0), seen)
+    ]
+    return np.stack(blurred[:3], axis=-1) / np.maximum(blurred[3], 1e-6)[..., None]
 
 
 def fill_unseen(values: FloatArray, known: BoolArray) -> FloatArray:

@@ -95,6 +95,35 @@ def test_views_fill_in_for_each_other():
     assert np.abs(merged - smooth_world(directions)).max() < 0.02
 
 
+def test_what_one_view_alone_shows_is_left_out():
+    """A dark figure beside the camera, wider than the camera's own reflection, is in one view of three."""
+    figure = bearing_to_direction(160.0, -10.0)  # seen by the view from there, whose camera is at bearing 180
+    views = []
+    for azimuth in (0, 120, 240):
+        rotation = camera_to_world(azimuth)
+
+        def world(directions, azimuth=azimuth):
+            near = (
+                directions @ figure > np.cos(np.radians(12))
+                if azimuth == 0
+                else np.zeros(directions.shape[:-1], bool)
+            )
+            return np.where(near[..., None], 0.2, smooth_world(directions))
+
+        views.append(view_panorama(photograph_of(world, rotation), CAMERA, BALL, rotation, 128))
+    merged = sum(
+        share[..., None] * view.responses for view, share in zip(views, view_weights(views), strict=True)
+    )
+    directions = panorama_directions(64, 128)
+    inside = directions @ figure > np.cos(np.radians(9))
+    assert np.abs(merged - smooth_world(directions))[inside].max() < 0.1
+    pair = views[:2]  # two views cannot say who is right: the one that sees the direction better stays
+    kept = sum(
+        share[..., None] * view.responses for view, share in zip(pair, view_weights(pair), strict=True)
+    )
+    assert np.median(kept[inside]) < 1.0
+
+
 def test_filling_keeps_what_is_known():
     rng = np.random.default_rng(7)
     values = rng.uniform(1, 2, size=(32, 64, 2)).astype(np.float32)
