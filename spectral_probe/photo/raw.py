@@ -49,7 +49,7 @@ def read_raw(path: Path) -> Photograph:
                 )
             tags = exif_of_tiff(path)
             clipped_sensels = _clipped_sensels(raw)
-            pixels = _develop(raw, rawpy)
+            pixels = _develop(raw, path)
             return Photograph(
                 path=path,
                 pixels=pixels,
@@ -58,7 +58,7 @@ def read_raw(path: Path) -> Photograph:
                 focal_mm=float(raw.other.focal_length) or None,
                 focal_35mm=positive_tag(tags, EXIF_FOCAL_35MM),
             )
-    except rawpy.LibRawFileUnsupportedError as error:
+    except (rawpy.LibRawFileUnsupportedError, rawpy.LibRawIOError) as error:
         raise PhotographError(
             f"{path.name} is no photograph this program knows. Use camera raw, TIFF, PNG, JPEG, EXR or HDR."
         ) from error
@@ -75,12 +75,16 @@ def _exposure(raw: Any, tags: Any) -> Exposure | None:
     return Exposure(float(other.shutter_speed), iso, float(other.aperture) or 1.0)
 
 
-def _develop(raw: Any, rawpy: Any) -> FloatArray:
+def _develop(raw: Any, path: Path) -> FloatArray:
     """Demosaic with the pedestal under black; without it where the levels do not come out as they should."""
+    import rawpy
+
     with_pedestal = _developed_over_pedestal(raw, rawpy)
     if with_pedestal is not None:
         return with_pedestal
-    plain = raw.postprocess(**_parameters(rawpy))
+    # Opened afresh: LibRaw keeps the changed black levels of an earlier run.
+    with rawpy.imread(str(path)) as fresh:
+        plain = fresh.postprocess(**_parameters(rawpy))
     return np.asarray(plain, np.float32) / np.float32(65535.0)
 
 
@@ -121,7 +125,7 @@ def _levels_agree(raw: Any, developed: npt.NDArray[Any], black: FloatArray, scal
     step = max(1, min(sensels.shape) // 400) | 1  # odd, so that every colour of the mosaic is met
     sensels, colours, developed = (a[::step, ::step] for a in (sensels, colours, developed))
     for colour in range(3):
-        chosen = (colours == colour) & (sensels < 0.9 * raw.white_level)
+        chosen = (colours == colour) & (sensels < raw.white_level)
         if not chosen.any():
             return False
         expected = (sensels[chosen] - black[colour] + PEDESTAL) * scale
@@ -161,7 +165,7 @@ def saturation_level(sensels: npt.NDArray[Any], white_level: int) -> int:
     16383
     """
     top = int(sensels.max())
-    if top < white_level // 2 or top >= white_level:
+    if top < 0.9 * white_level or top >= white_level:
         return white_level
     band = max(1, top // 500)
     at_top = np.count_nonzero(sensels > top - band)
