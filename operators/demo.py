@@ -14,8 +14,8 @@ type Numbers = dict[str, Any]
 
 SAMPLE = Path(__file__).resolve().parents[1] / "sample_scenes" / "gym"
 _WIDTH = 1024
-_SIZE_PX = (640, 420)
-_SAMPLES = 64
+_SIZE_PX = (540, 360)
+_SAMPLES = 40
 _BLUR_PX = 3.0
 
 
@@ -108,6 +108,7 @@ def _compare(
     from ..spectral_probe.figures.sheet import SheetContent, comparison_sheet
     from ..spectral_probe.figures.style import save_figure
     from ..spectral_probe.render.compare import compare_images, write_comparison
+    from ..spectral_probe.spectra.colorimetry import panorama_xyz
 
     spectral, rgb = read_xyz(directory / "render" / "xyz.exr"), read_xyz(directory / "render" / "rgb.exr")
     comparison = compare_images(spectral, rgb, object_masks=masks, blur_px=_BLUR_PX)
@@ -122,6 +123,7 @@ def _compare(
         subtitle="Light recovered from photographs of a mirrored ball; rendered by Cycles spectrally and in RGB",
         panorama=panorama_preview(panorama),
         spectra=[_plot(name, numbers) for name, numbers in spectra.items()],
+        adapted_white=panorama_xyz(panorama).mean((0, 1)),
         numbers={
             "spectral render": f"{rendered['seconds']['spectral']:.1f} s, {rendered['passes']} passes",
             "RGB render": f"{rendered['seconds']['rgb']:.1f} s",

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from ..model import FloatArray
 from ..render.compare import CLIP, Comparison
+from ..spectra.colorimetry import adapted_to_d65
 from .chromaticity import draw_chromaticity, shifts_of
 from .difference import delta_e_picture, draw_scale
 from .display import Picture, exposure_for_white, tone_map
@@ -43,6 +44,8 @@ class SheetContent:
         The comparison of the two renders.
     xyz_spectral, xyz_rgb
         (H, W, 3) the renders it was made of. Both are shown with one exposure and one view transform.
+    adapted_white
+        XYZ (3,) of the light that the eye is adapted to: both pictures are white-balanced to it. None shows them as they are.
     title, subtitle
         The heading and the line below it.
     panorama
@@ -61,6 +64,7 @@ class SheetContent:
     panorama: Picture | None = None
     spectra: Sequence[SpectrumPlot] = ()
     numbers: Mapping[str, str] = field(default_factory=dict)
+    adapted_white: FloatArray | None = None
 
 
 def comparison_sheet(content: SheetContent) -> Figure:
@@ -217,9 +221,12 @@ def _draw_images(page: _Page, content: SheetContent, top_in: float) -> None:
     width_in, height_in = _image_size_in(content)
     exposure = exposure_for_white(float(comparison.white_xyz[1]))
     blur = f"blurred, σ = {comparison.blur_px:g} px" if comparison.blur_px else "pixel by pixel"
+    balance, balanced = "", [content.xyz_spectral, content.xyz_rgb]
+    if content.adapted_white is not None:
+        balance, balanced = "white-balanced", [adapted_to_d65(xyz, content.adapted_white) for xyz in balanced]
     panels = (
-        ("Spectral render", "", tone_map(content.xyz_spectral, exposure)),
-        ("Cycles RGB render", "same exposure and view", tone_map(content.xyz_rgb, exposure)),
+        ("Spectral render", balance, tone_map(balanced[0], exposure)),
+        ("Cycles RGB render", "same exposure and view", tone_map(balanced[1], exposure)),
         ("Colour difference ΔE₀₀", blur, delta_e_picture(comparison)),
     )
     left_in = _MARGIN_IN

@@ -112,6 +112,24 @@ def rec709_to_xyz(rgb: FloatArray) -> FloatArray:
     return rgb @ np.linalg.inv(_rec709_matrix()).T.astype(np.asarray(rgb).dtype)
 
 
+def adapted_to_d65(xyz: FloatArray, white: FloatArray) -> FloatArray:
+    """Tristimulus values (..., 3) as an eye adapted to a white (3,) sees them, for a display whose white is D65 (CAT16).
+
+    For showing pictures of scenes under coloured light; luminance of the white stays. Differences are computed without it.
+
+    Examples
+    --------
+    >>> lamp = spectra_to_xyz(illuminant("A"))
+    >>> chromaticity(adapted_to_d65(lamp, lamp)).round(3).tolist()
+    [0.313, 0.329]
+    """
+    white = np.asarray(white, float)
+    matrix = colour.adaptation.matrix_chromatic_adaptation_VonKries(
+        white / white[1], white_xyz(), transform="CAT16"
+    )
+    return np.asarray(xyz @ np.asarray(matrix).T.astype(np.asarray(xyz).dtype))
+
+
 def chromaticity(xyz: FloatArray) -> FloatArray:
     """Chromaticity coordinates (x, y) of tristimulus values, (..., 3) -> (..., 2); black gives the white of D65.
 
