@@ -166,6 +166,31 @@ def test_the_truth_shows_each_lamp_and_window_where_the_scene_says(gym, builder)
         assert np.abs(found - factor * radiance).max() < 0.005 * radiance.max(), kind
 
 
+def test_the_truth_shows_every_lamp_in_its_direction(gym, builder):
+    """The luminance-weighted centre of each lamp's patch, within a quarter of a pixel (1.4 degrees)."""
+    truth, spectra = builder("truth"), builder("spectra")
+    panorama = truth.expand_panorama(gym / "truth" / "panorama.npz")
+    height, width, _ = panorama.shape
+    warm = panorama[..., 50] > 2 * panorama[..., 10]
+    light = np.where(warm & (spectra.luminance(panorama) > 2000), spectra.luminance(panorama), 0.0)
+    rows, columns = np.mgrid[:height, :width]
+    bearing, elevation = (
+        (columns + 0.5) / width * 2 * np.pi - np.pi,
+        np.pi / 2 - (rows + 0.5) / height * np.pi,
+    )
+    across = np.cos(elevation)
+    rays = np.stack([across * np.sin(bearing), across * np.cos(bearing), np.sin(elevation)], -1)
+    errors = []
+    for lamp in json.loads((gym / "truth" / "scene.json").read_text(encoding="utf-8"))["lamps"]:
+        towards = np.array(lamp["at_m"]) - builder("layout").BALL_AT
+        towards /= np.linalg.norm(towards)
+        weight = np.where(rays @ towards > np.cos(np.radians(7)), light * across, 0.0)
+        centre = (rays * weight[..., None]).sum((0, 1))
+        errors.append(np.degrees(np.arccos(np.clip(centre @ towards / np.linalg.norm(centre), -1, 1))))
+    assert np.median(errors) < 0.35
+    assert max(errors) < 0.8
+
+
 def test_the_truth_is_a_panorama_of_light(gym, builder):
     truth = builder("truth")
     panorama = truth.expand_panorama(gym / "truth" / "panorama.npz")

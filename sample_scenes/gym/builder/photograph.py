@@ -8,17 +8,20 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from .layout import FOCAL_MM
+from .layout import BALL_RADIUS_M, CAMERA_DISTANCE_M, FOCAL_MM, FOCAL_PX, PICTURE_PX, PRINCIPAL_PX
 from .spectra import (
     CAMERA,
+    NODES_NM,
     WAVELENGTHS_NM,
     Array,
+    ball_reflectance,
     camera_sensitivities,
     colour_matching_functions,
     colour_science,
     lamp_radiance,
     node_interpolation,
     reflectances,
+    spline,
     window_radiance,
 )
 
@@ -26,7 +29,37 @@ EXPOSURES_S = (Fraction(1, 800), Fraction(1, 100), Fraction(2, 25))
 BLACK_LEVEL, WHITE_LEVEL = 600, 15892
 FULL_WELL_ELECTRONS, READ_NOISE_ELECTRONS = 36000.0, 3.5
 LAMP_LEVEL = 0.70
+EMITTER_LEVEL, EMITTER_SPREAD = 0.2, 0.08
 F_NUMBER, ISO = 16, 100
+
+
+def incidence_cosines() -> Array:
+    """(H, W) cosine of the angle of incidence on the ball at pixel centres, the same in every view; NaN beside the ball."""
+    y, x = (np.mgrid[:PICTURE_PX, :PICTURE_PX] + 0.5) - np.array(PRINCIPAL_PX[::-1])[:, None, None]
+    rays = np.stack([x / FOCAL_PX, y / FOCAL_PX, np.ones_like(x)], -1)
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    to_ball = rays[..., 2] * CAMERA_DISTANCE_M
+    below = to_ball**2 - CAMERA_DISTANCE_M**2 + BALL_RADIUS_M**2
+    root = np.sqrt(np.where(below > 0, below, np.nan))
+    return np.asarray(root / BALL_RADIUS_M)
+
+
+def restore_emitters(layers: Array) -> Array:
+    """Layers (2, N, H, W) of a view, with the ball's reflectance as the exact shape of each mirrored lamp and window.
+
+    A layer's own emitter has radiance 1 (windows 0.7 to 1) at every node, so its image in the ball is the ball's
+    reflectance times one number. The denoiser keeps that only to some 2 percent: it treats the channels R, G, B differently.
+    """
+    cosines = incidence_cosines()
+    on_ball = np.isfinite(cosines)
+    reflectance = spline(WAVELENGTHS_NM, ball_reflectance(cosines[on_ball]).T, NODES_NM)
+    restored = layers.copy()
+    for layer in restored:
+        factors = layer[:, on_ball] / reflectance
+        level, spread = factors.mean(0), factors.std(0)
+        emitter = (level > EMITTER_LEVEL) & (spread < EMITTER_SPREAD * level)
+        layer[:, on_ball] = np.where(emitter, level * reflectance, layer[:, on_ball])
+    return np.asarray(restored)
 
 
 def layers_to_spectra(layers: Array) -> Array:

@@ -80,6 +80,7 @@ def view_all_round(gym: Gym) -> None:
     camera = gym.scene.camera
     camera.location, camera.rotation_euler = BALL_AT, (np.pi / 2, 0.0, 0.0)
     camera.data.type, camera.data.panorama_type = "PANO", "EQUIRECTANGULAR"
+    camera.data.shift_x = camera.data.shift_y = 0.0  # a lens shift moves panoramas too
     _show(gym, ball=False, photographer=False)
     gym.scene.render.resolution_x, gym.scene.render.resolution_y = PANORAMA_PX
 

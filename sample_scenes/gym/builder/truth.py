@@ -20,7 +20,7 @@ from .layout import (
 )
 from .spectra import BALL_FRACTIONS, CAMERA, WAVELENGTHS_NM, Array, lamp_radiance, luminance, window_radiance
 
-COMPONENTS = 9
+COMPONENTS = 12
 QUANTUM = 1e-3
 EMITTER_LUMINANCE_CD_M2 = 1500.0
 RECOMMENDED_LAMP, RECOMMENDED_WINDOW = 8, 3
@@ -85,12 +85,19 @@ def case_description() -> dict[str, Any]:
 
 
 def compress_panorama(path: Path, spectra: Array) -> float:
-    """Write spectra (H, W, L) as level, quantised weights and basis; return the largest relative error of a pixel."""
+    """Write spectra (H, W, L) as level, quantised weights and basis; return the largest relative error of a pixel.
+
+    The basis starts with the lamps and the windows, so that these are exact, and goes on with principal components.
+    """
     level = luminance(spectra)
     shapes = (spectra / level[..., None]).reshape(-1, spectra.shape[-1])
     mean = shapes.mean(0)
     scale = float(np.linalg.norm(mean))
-    components = np.linalg.svd(shapes - mean, full_matrices=False)[2][:COMPONENTS]
+    emitters = np.stack([radiance / luminance(radiance) - mean for radiance in (lamp_radiance(), window_radiance())])
+    exact = np.linalg.qr(emitters.T)[0].T
+    rest = (shapes - mean) - (shapes - mean) @ exact.T @ exact
+    principal = np.linalg.svd(rest, full_matrices=False)[2][: COMPONENTS - len(exact)]
+    components = np.concatenate([exact, principal])
     weights = np.rint((shapes - mean) @ components.T / (QUANTUM * scale)).astype(np.int16)
     np.savez_compressed(
         path,
