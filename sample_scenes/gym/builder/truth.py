@@ -93,7 +93,9 @@ def compress_panorama(path: Path, spectra: Array) -> float:
     shapes = (spectra / level[..., None]).reshape(-1, spectra.shape[-1])
     mean = shapes.mean(0)
     scale = float(np.linalg.norm(mean))
-    emitters = np.stack([radiance / luminance(radiance) - mean for radiance in (lamp_radiance(), window_radiance())])
+    emitters = np.stack(
+        [radiance / luminance(radiance) - mean for radiance in (lamp_radiance(), window_radiance())]
+    )
     exact = np.linalg.qr(emitters.T)[0].T
     rest = (shapes - mean) - (shapes - mean) @ exact.T @ exact
     principal = np.linalg.svd(rest, full_matrices=False)[2][: COMPONENTS - len(exact)]
