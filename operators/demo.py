@@ -15,7 +15,7 @@ type Numbers = dict[str, Any]
 SAMPLE = Path(__file__).resolve().parents[1] / "sample_scenes" / "gym"
 _WIDTH = 1024
 _SIZE_PX = (540, 360)
-_SAMPLES = 40
+_SAMPLES = 48
 _BLUR_PX = 3.0
 
 
@@ -85,7 +85,9 @@ def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, d
     yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.95)
     yield Progress(0.95, "Finding the objects in the image")
     masks = object_masks(scene, objects)
-    bpy.ops.wm.save_as_mainfile(filepath=str(directory / "demo.blend"), copy=True, compress=True)
+    scene_file = directory / "demo.blend"
+    scene_file.unlink(missing_ok=True)  # Blender would keep the one before as demo.blend1
+    bpy.ops.wm.save_as_mainfile(filepath=str(scene_file), copy=True, compress=True)
     return json.loads((directory / "report.json").read_text("utf-8")), masks
 
 
