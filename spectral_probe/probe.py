@@ -28,7 +28,6 @@ from .model import (
     BoolArray,
     Camera,
     Capture,
-    FloatArray,
     Job,
     LightLayers,
     Outline,

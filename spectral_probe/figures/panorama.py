@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..model import BoolArray, FloatArray, SpectralPanorama
+from ..model import BoolArray, SpectralPanorama
 from ..spectra.colorimetry import panorama_xyz
 from .display import Picture, exposure_for_key, tone_map, write_png
 from .style import SOFT_INK, hatching

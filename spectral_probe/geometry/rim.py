@@ -36,6 +36,9 @@ FINE_RADII_PX = (150.0, 300.0, 600.0)
 BLURRED_PX = 1.0
 """From this blur on, a larger picture only adds noise and false edges: the ball was out of focus."""
 
+REPEATS, SETTLED_PX = 4, 0.3
+"""A fit is repeated round its own result, at most so often, until it moves less than this."""
+
 BLURRED_SHARE = 0.8
 BELIEVED_PX = 1.8
 """A fit that moves the outline further than this, in pixels of its picture, has followed something else."""
@@ -179,13 +182,22 @@ def fit_rim(photographs: Sequence[Photograph], shifts_px: Sequence[FloatArray], 
     rim = _unrefined(ellipse, coverage, angles[usable])
     for level in FINE_RADII_PX:
         scale = min(1.0, level / rim.ellipse.radius)
-        refined = _refined(photographs, shifts_px, rim, scale, usable)
-        if refined is None:
-            break
-        rim, blur = refined
+        blur = 0.0
+        for _ in range(REPEATS):
+            refined = _refined(photographs, shifts_px, rim, scale, usable)
+            if refined is None:
+                return rim
+            moved_px = _distance(refined[0].ellipse, rim.ellipse) * scale
+            rim, blur = refined
+            if moved_px < SETTLED_PX:
+                break
         if blur >= BLURRED_PX or scale == 1.0:
             break  # a larger picture would not be sharper
     return rim
+
+
+def _distance(one: Ellipse, other: Ellipse) -> float:
+    return max(abs(one.x - other.x), abs(one.y - other.y), abs(one.radius - other.radius))
 
 
 def _refined(

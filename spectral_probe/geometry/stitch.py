@@ -81,7 +81,7 @@ def _trust(views: Sequence[ViewPanorama]) -> FloatArray:
 
 def _blurred_log(view: ViewPanorama) -> FloatArray:
     """Logarithm of the responses, blurred over the sphere's texels that the view saw; a floor keeps noise in the dark out."""
-    height, width = view.seen.shape
+    width = view.seen.shape[1]
     floor = max(0.02 * float(np.median(view.responses[view.seen])), 1e-30) if view.seen.any() else 1.0
     log = np.log(np.maximum(view.responses, 0.0) + floor).astype(np.float32)
     seen = view.seen.astype(np.float32)
@@ -90,7 +90,7 @@ def _blurred_log(view: ViewPanorama) -> FloatArray:
         cv2.GaussianBlur(channel, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
         for channel in (*np.moveaxis(log * seen[..., None], -1, 0), seen)
     ]
-    return np.stack(blurred[:3], axis=-1) / np.maximum(blurred[3], 1e-6)[..., None]
+    return np.asarray(np.stack(blurred[:3], axis=-1) / np.maximum(blurred[3], 1e-6)[..., None])
 
 
 def fill_unseen(values: FloatArray, known: BoolArray) -> FloatArray:
