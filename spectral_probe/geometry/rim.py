@@ -39,6 +39,10 @@ BLURRED_PX = 1.0
 REPEATS, SETTLED_PX = 4, 0.3
 """A fit is repeated round its own result, at most so often, until it moves less than this."""
 
+ELLIPTICITY_GAIN = 0.1
+"""An ellipse must find edges along this much more of the rim than a circle; with two more parameters noise alone
+finds a few more."""
+
 BLURRED_SHARE = 0.8
 BELIEVED_PX = 1.8
 """A fit that moves the outline further than this, in pixels of its picture, has followed something else."""
@@ -122,7 +126,7 @@ def approach(
         evidence = polar_evidence(photographs, shifts_px, base, level, span, bulge)
         best = best_circle(evidence, base, reach)
         change = np.array([best.x - base.x, best.y - base.y, best.radius - base.radius, 0.0, 0.0])
-        change, found = _with_ellipticity(evidence, change, best.coverage, 0.5 * reach * base.radius)
+        change, found = _with_ellipticity(evidence, change, best.coverage, 1.2 * reach * base.radius)
         if found < BLURRED_SHARE * coverage:
             break  # the larger picture shows less: the rim is out of focus
         coverage = found
@@ -135,15 +139,18 @@ def _with_ellipticity(
     evidence: PolarEvidence, change: FloatArray, coverage: float, reach_px: float
 ) -> tuple[FloatArray, float]:
     """Add ellipticity where it clearly finds more edges; noise alone would always find a few more."""
-    steps = np.linspace(-reach_px, reach_px, 9)
-    small = np.linspace(-1.0, 1.0, 3) * (steps[1] - steps[0])
-    grid = np.stack(np.meshgrid(small, small, small, steps, steps, indexing="ij"), axis=-1).reshape(-1, 5)
-    share, visible, _ = shares_along(evidence, grid + change)
-    share = share * np.minimum(1.0, visible / 0.5)
-    best = int(share.argmax())
-    if share[best] < coverage + 0.07:
+    best, best_share = change, 0.0
+    for reach in (reach_px, 0.3 * reach_px):
+        steps = np.linspace(-reach, reach, 9)
+        small = np.linspace(-1.5, 1.5, 3) * (steps[1] - steps[0])
+        grid = np.stack(np.meshgrid(small, small, small, steps, steps, indexing="ij"), axis=-1).reshape(-1, 5)
+        share, visible, _ = shares_along(evidence, grid + best)
+        share = share * np.minimum(1.0, visible / 0.5)
+        top = int(share.argmax())
+        best, best_share = grid[top] + best, float(share[top])
+    if best_share < coverage + ELLIPTICITY_GAIN:
         return change, coverage
-    return grid[best] + change, float(share[best])
+    return best, best_share
 
 
 def _edge_shown(evidence: PolarEvidence, change: FloatArray) -> BoolArray:
