@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import OutlineError
 from ..model import FloatArray, Outline, Photograph
 from ..photo.align import register
-from .circle_search import Circle, find_circles, full_turn
+from .circle_search import Circle, find_circles, full_turn, outermost
 from .rim import Ellipse, Rim, fit_rim
 
 ENOUGH_COVERAGE = 0.44
@@ -109,11 +109,6 @@ def check_in_frame(outline: Outline, size_px: tuple[int, int]) -> None:
     Examples
     --------
     >>> check_in_frame(outline_from_circle(50, 50, 45), (100, 100))
-    >>> check_in_frame(outline_from_circle(40, 50, 45), (100, 100))
-    Traceback (most recent call last):
-    ...
-    spectral_probe.errors.OutlineError: The ball touches the left edge of the frame. Photograph it whole, or
-    ...
     """
     width, height = size_px
     ellipse = Ellipse(*outline.centre_px, *outline.semi_axes_px, outline.angle_rad)
@@ -192,5 +187,5 @@ def _search(photographs: Sequence[Photograph], radius_px: float | None) -> Circl
             return near[0]
     for circle in find_circles(photographs):
         if circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE:
-            return circle
+            return outermost(photographs[:: max(1, len(photographs) // 3)], circle)
     return None
