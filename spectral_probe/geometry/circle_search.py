@@ -31,6 +31,10 @@ NEIGHBOURS, NOISE = 1.5, 0.012
 """An edge counts in full when its gradient is `NEIGHBOURS` times the mean one around plus `NOISE` per
 pixel."""
 
+FAINT, FAINT_COVERAGE, FAINT_SIGNIFICANCE = 0.1, 0.65, 80.0
+"""For circles outside the chosen one: the `NEIGHBOURS` that lets faint edges count, and what they must reach. Round balls
+found rightly the best such circle reaches 0.57; round a ring inside the ball the true rim reached 0.73."""
+
 INSIDE_BAND, INSIDE_WEIGHT = 0.08, 0.5
 """A mirrored ball squeezes the world into arcs along its rim, and nothing does so outside. Of circles with
 much the same edges, the one with more arcs in a band of 8 % of the radius inside it than outside is
@@ -277,6 +281,7 @@ def polar_evidence(
     level_radius_px: float,
     span: float,
     bulge_px: FloatArray | None = None,
+    neighbours: float | None = None,
 ) -> PolarEvidence:
     """Unroll the ring of +- `span` radii round a circle, at `level_radius_px`, and find edges along it.
 
@@ -314,7 +319,7 @@ def polar_evidence(
         gradients.magnitude, (max(3, len(offsets) // 2) | 1, 15), borderType=cv2.BORDER_REPLICATE
     )
     peak = (radial >= np.roll(radial, 1, axis=1)) & (radial > np.roll(radial, -1, axis=1))
-    strength = np.minimum(1.0, radial / (NEIGHBOURS * around + NOISE))
+    strength = np.minimum(1.0, radial / ((NEIGHBOURS if neighbours is None else neighbours) * around + NOISE))
     strength = np.where(peak, strength, 0.0).astype(np.float32)
     tolerance = np.exp(-0.5 * (np.arange(-4, 5) / 2.0) ** 2)[None].astype(np.float32)
     strength = cv2.filter2D(strength, -1, tolerance, borderType=cv2.BORDER_CONSTANT)
@@ -384,6 +389,41 @@ def best_circle(evidence: PolarEvidence, start: Circle, reach: float) -> Circle:
         significance=float(samples * divergence(best_share, typical)),
         visible=best_visible,
     )
+
+
+def outermost(photographs: Sequence[Photograph], circle: Circle) -> Circle:
+    """The ball's own circle where `circle` may be one inside it, made by the edges of the wall behind the ball.
+
+    That wall is reflected in a ring along the rim, and its edges can be far stronger than the rim
+    itself, which shows the same wall on both sides. So a weak circle outside a strong one counts if it is there nearly
+    all round; things behind the ball are not concentric with it.
+    """
+    still = [np.zeros(2)] * len(photographs)
+    for _ in range(2):
+        evidence = polar_evidence(photographs, still, circle, EVIDENCE_RADIUS_PX, 0.2, neighbours=FAINT)
+        sideways = np.linspace(-0.08, 0.08, 17) * circle.radius
+        outwards = np.arange(0.03, 0.16, 0.007) * circle.radius
+        change = np.stack(np.meshgrid(sideways, sideways, outwards, indexing="ij"), axis=-1).reshape(-1, 3)
+        around = np.hypot(change[:, 0], change[:, 1]) <= change[:, 2] + 0.005 * circle.radius
+        change = change[around]  # only circles that hold this one
+        share, visible, _ = shares_along(evidence, change)
+        share = np.where(visible > 0.8, share, 0.0)
+        best = int(share.argmax())
+        beyond = evidence.strength[:, evidence.offsets_px > 0.03 * circle.radius]
+        samples = np.pi * circle.radius * evidence.scale * visible[best]
+        significance = float(samples * divergence(float(share[best]), float(beyond.mean())))
+        if share[best] < FAINT_COVERAGE or significance < FAINT_SIGNIFICANCE:
+            break
+        x, y, radius = (float(value) for value in change[best])
+        circle = Circle(
+            circle.x + x,
+            circle.y + y,
+            circle.radius + radius,
+            float(share[best]),
+            significance,
+            float(visible[best]),
+        )
+    return circle
 
 
 def shares_along(

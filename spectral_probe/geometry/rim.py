@@ -40,8 +40,11 @@ REPEATS, SETTLED_PX = 4, 0.3
 """A fit is repeated round its own result, at most so often, until it moves less than this."""
 
 ELLIPTICITY_GAIN = 0.1
-"""An ellipse must find edges along this much more of the rim than a circle; with two more parameters noise alone
-finds a few more."""
+"""An ellipse must find edges along this much more of the rim than a circle; with one more parameter noise alone
+finds a little more."""
+
+SHORTEST_FOCAL = 0.5
+"""Focal length over the frame's long side: a lens of 18 mm on film. Limits how elliptical an outline can be."""
 
 BLURRED_SHARE = 0.8
 BELIEVED_PX = 1.8
@@ -120,13 +123,14 @@ def approach(
     ellipse = Ellipse(circle.x, circle.y, circle.radius, circle.radius)
     coverage = 0.0
     shown = np.ones(ANGLES, bool)
-    for level, span, reach in ((120.0, 0.12, 0.05), (400.0, 0.04, 0.012)):
+    for level, span, reach in ((120.0, 0.12, 0.025), (400.0, 0.04, 0.012)):
         base = Circle(ellipse.x, ellipse.y, ellipse.radius)
         bulge = ellipse.radius_at(full_turn(ANGLES)) - ellipse.radius
         evidence = polar_evidence(photographs, shifts_px, base, level, span, bulge)
         best = best_circle(evidence, base, reach)
         change = np.array([best.x - base.x, best.y - base.y, best.radius - base.radius, 0.0, 0.0])
-        change, found = _with_ellipticity(evidence, change, best.coverage, 1.2 * reach * base.radius)
+        limit = _ellipticity_limit(ellipse, photographs[0], shifts_px[0]) if level == 120.0 else 0j
+        change, found = _with_ellipticity(evidence, change, best.coverage, limit)
         if found < BLURRED_SHARE * coverage:
             break  # the larger picture shows less: the rim is out of focus
         coverage = found
@@ -136,21 +140,44 @@ def approach(
 
 
 def _with_ellipticity(
-    evidence: PolarEvidence, change: FloatArray, coverage: float, reach_px: float
+    evidence: PolarEvidence, change: FloatArray, coverage: float, limit: complex
 ) -> tuple[FloatArray, float]:
-    """Add ellipticity where it clearly finds more edges; noise alone would always find a few more."""
+    """Add ellipticity (up to `limit`, in pixels) where it clearly finds more edges than a circle does."""
+    if abs(limit) * evidence.scale < 1.0:
+        return change, coverage
     best, best_share = change, 0.0
-    for reach in (reach_px, 0.3 * reach_px):
-        steps = np.linspace(-reach, reach, 9)
-        small = np.linspace(-1.5, 1.5, 3) * (steps[1] - steps[0])
-        grid = np.stack(np.meshgrid(small, small, small, steps, steps, indexing="ij"), axis=-1).reshape(-1, 5)
-        share, visible, _ = shares_along(evidence, grid + best)
-        share = share * np.minimum(1.0, visible / 0.5)
-        top = int(share.argmax())
-        best, best_share = grid[top] + best, float(share[top])
+    for start in (change, np.zeros(5)):  # the best circle along an ellipse may lie well off its centre
+        tried, share, low, high = start, 0.0, 0.0, 1.0
+        for _ in range(2):
+            amounts = np.linspace(low, high, 9)
+            step = 1.5 * max((amounts[1] - amounts[0]) * abs(limit), 0.5 / evidence.scale)
+            near = np.linspace(-step, step, 5)
+            grid = np.stack(np.meshgrid(near, near, near, amounts, indexing="ij"), axis=-1).reshape(-1, 4)
+            bulge = grid[:, 3:] * np.array([limit.real, limit.imag])
+            options = np.concatenate([grid[:, :3] + tried[:3], bulge], axis=1)
+            shares, visible, _ = shares_along(evidence, options)
+            shares = shares * np.minimum(1.0, visible / 0.5)
+            top = int(shares.argmax())
+            tried, share = options[top], float(shares[top])
+            low, high = np.clip(grid[top, 3] + np.array([-0.15, 0.15]), 0.0, 1.0)
+        if share > best_share:
+            best, best_share = tried, share
     if best_share < coverage + ELLIPTICITY_GAIN:
         return change, coverage
     return best, best_share
+
+
+def _ellipticity_limit(ellipse: Ellipse, photograph: Photograph, shift_px: FloatArray) -> complex:
+    """The largest ellipticity that perspective can give a ball there: half the axes' difference, and their direction.
+
+    A ball seen at the angle phi from the optical axis has an outline stretched by 1 / cos phi along the line from
+    the frame's centre to the ball. The focal length is unknown here and taken as short as a phone's wide angle.
+    """
+    height, width = photograph.clipped.shape
+    offset = complex(ellipse.x + shift_px[0] - width / 2, ellipse.y + shift_px[1] - height / 2)
+    stretch = np.hypot(1.0, abs(offset) / (SHORTEST_FOCAL * max(width, height))) - 1.0
+    direction = offset / abs(offset) if offset else 1.0
+    return complex(0.5 * stretch * ellipse.radius * direction**2)
 
 
 def _edge_shown(evidence: PolarEvidence, change: FloatArray) -> BoolArray:
