@@ -9,8 +9,10 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import math
 import re
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -24,6 +26,8 @@ type Verb = Callable[[argparse.Namespace], Job[Numbers]]
 BAD_INPUT = 2
 STOPPED = 130
 _BAR_WIDTH = 28
+_LINE_EVERY_S = 10.0
+_LARGEST_WIDTH = 90  # of a blur in pixels, and of a disc in degrees
 _BLENDER_VERBS = ("demo", "render")
 
 
@@ -58,7 +62,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         sys.stderr.write(f"{error}\n")
         return BAD_INPUT
     except KeyboardInterrupt:
-        sys.stderr.write("Stopped. Files already written are whole; start again to go on.\n")
+        sys.stderr.write("Stopped. Files already written are whole.\n")
         return STOPPED
     sys.stdout.write(json.dumps(numbers) + "\n" if arguments.json else _told(numbers))
     return 0
@@ -200,8 +204,10 @@ def _bearing(text: str) -> tuple[float, float]:
         azimuth, elevation = (float(part) for part in text.split(","))
     except ValueError:
         raise argparse.ArgumentTypeError(f'"{text}" is no bearing such as 30,45') from None
-    if not -90 <= elevation <= 90:
-        raise argparse.ArgumentTypeError(f"the elevation {elevation:g} is not between -90 and 90 degrees")
+    if not (-90 <= elevation <= 90 and math.isfinite(azimuth)):
+        raise argparse.ArgumentTypeError(
+            f"{text}: the elevation is not between -90 and 90 degrees, or the bearing no number"
+        )
     return azimuth % 360.0, elevation
 
 
@@ -227,8 +233,8 @@ def _not_negative(text: str) -> float:
         value = float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f'"{text}" is no number') from None
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f'"{text}" is not a number from 0 up')
+    if not 0 <= value <= _LARGEST_WIDTH:
+        raise argparse.ArgumentTypeError(f'"{text}" is not a number from 0 to {_LARGEST_WIDTH}')
     return value
 
 
@@ -276,15 +282,20 @@ def _compare(arguments: argparse.Namespace) -> Job[Numbers]:
 
 
 def _with_progress[Result](job: Job[Result]) -> Result:
-    """Drive a job, with a bar on a terminal and a line a step elsewhere, both on standard error."""
+    """Drive a job, showing how far it is on standard error: a bar on a terminal, else a line every ten seconds."""
     terminal = sys.stderr.isatty()
+    told = time.monotonic()
     try:
         while True:
             try:
                 progress = next(job)
             except StopIteration as stop:
                 return stop.value  # type: ignore[no-any-return]  # StopIteration carries its value untyped
-            sys.stderr.write(_bar(progress) if terminal else f"{progress.fraction:4.0%} {progress.message}\n")
+            if terminal:
+                sys.stderr.write(_bar(progress))
+            elif time.monotonic() - told > _LINE_EVERY_S:
+                told = time.monotonic()
+                sys.stderr.write(f"{progress.fraction:4.0%} {progress.message}\n")
             sys.stderr.flush()
     finally:
         job.close()

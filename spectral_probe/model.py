@@ -156,7 +156,7 @@ class Photograph:
     `clipped` (H, W) True where any channel is saturated. `exposure` is None where the file says nothing.
     `focal_mm` and `focal_35mm` come from EXIF (None without). `display_referred` marks JPEG and other
     pictures that passed through a tone curve, here undone as sRGB. `scene_referred_float` marks EXR and HDR, whose values are
-    radiance already and never clip.
+    radiance already and never clip. `camera_raw` marks what LibRaw developed.
     """
 
     path: Path
@@ -167,6 +167,7 @@ class Photograph:
     focal_35mm: float | None = None
     display_referred: bool = False
     scene_referred_float: bool = False
+    camera_raw: bool = False
 
 
 @dataclass(frozen=True)

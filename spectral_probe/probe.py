@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from .errors import CaptureError
-from .files.atomic import written_whole
 from .files.image_exr import write_rgb
 from .files.probe_exr import write_layers, write_probe
 from .files.spectral_exr import write_spectral_panorama
@@ -31,6 +31,7 @@ from .model import (
     Job,
     LightLayers,
     Outline,
+    Photograph,
     Progress,
     RadianceImage,
     SpectralPanorama,
@@ -41,24 +42,26 @@ from .photo.exposure import resolve_exposures
 from .photo.merge import merge
 from .photo.read import read_photograph
 from .render.layers import light_layers
-from .spectra.camera import camera_sensitivities
+from .spectra.camera import REC709, camera_names, camera_sensitivities
 from .spectra.colorimetry import panorama_xyz, xyz_to_rec709
 from .spectra.grid import WAVELENGTHS_NM
 from .spectra.recovery import SpectralRecovery, spectral_recovery
 
 DEFAULT_WIDTH = 2048
+_WORLD_COMMENT = "Scene-linear Rec.709, D65 white; Blender's equirectangular"
 _WIDTHS = (64, 16384)
 
 
 @dataclass(frozen=True)
 class MeasuredView:
-    """One view of the ball: its radiance image and geometry."""
+    """One view of the ball: its radiance image and geometry; `converted` where a tone curve had been applied (JPEG)."""
 
     settings: ViewSettings
     image: RadianceImage
     camera: Camera
     outline: Outline
     ball: BallFit
+    converted: bool = False
 
     @property
     def clipped_fraction(self) -> float:
@@ -122,7 +125,7 @@ def build_probe(capture: Capture, width: int = DEFAULT_WIDTH) -> Job[Probe]:
         raise CaptureError("The capture has no view. Add a view with its photos.")
     watch = _Stopwatch()
     yield Progress(0.0, "Preparing the spectral basis")
-    with watch.stage("spectra"):
+    with watch.stage("spectra"):  # before any photograph is read: wrong names must fail at once
         sensitivities = camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
         recovery = spectral_recovery(sensitivities, capture.ball.material, capture.families, capture.method)
     measured: list[MeasuredView] = []
@@ -139,14 +142,38 @@ def build_probe(capture: Capture, width: int = DEFAULT_WIDTH) -> Job[Probe]:
         measured.append(view)
     yield Progress(0.72, "Recovering spectra")
     with watch.stage("spectra"):
+        if len({view.converted for view in measured}) > 1:
+            raise CaptureError("Some views are raw and some converted photographs (JPEG). Use one kind.")
+        if measured[0].converted:
+            recovery = spectral_recovery(
+                camera_sensitivities(REC709), capture.ball.material, capture.families, capture.method
+            )
         panorama = compose(seen, recovery, _provenance(capture))
     yield Progress(0.95, "Writing the report")
     return Probe(panorama, _report(capture, measured, panorama, watch.seconds))
 
 
+def _check_kind(capture: Capture, photographs: Sequence[Photograph]) -> bool:
+    """Whether the photographs went through a tone curve; refuses raw of an unnamed camera, and mixtures.
+
+    A camera's own curves apply to raw only: pictures a camera or a program converted are linear Rec.709 once their
+    tone curve is undone.
+    """
+    kinds = {photograph.display_referred for photograph in photographs}
+    if len(kinds) > 1:
+        raise CaptureError("A view mixes raw and converted photographs (JPEG). Use one kind.")
+    if photographs[0].camera_raw and capture.camera.model is None and capture.camera.sensitivities is None:
+        raise CaptureError(
+            f"{photographs[0].path.name} is camera raw, so its camera must be known. Add to [camera] a model "
+            f'({", ".join(camera_names()[:-1])}) or sensitivities = "camera.csv".'
+        )
+    return kinds.pop()
+
+
 def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
     """Read one view's bracket, find the ball in it, and merge it to radiance."""
     photographs = [read_photograph(path) for path in settings.photos]
+    converted = _check_kind(capture, photographs)
     exposures = resolve_exposures(photographs, settings)
     height, width = photographs[0].pixels.shape[:2]
     if settings.outline is not None:
@@ -157,9 +184,8 @@ def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
         outlines = detect_outlines(photographs)
     camera = camera_for(capture.camera, photographs[0])
     image = merge(align(photographs, outlines), exposures)
-    return MeasuredView(
-        settings, image, camera, outlines[0], fit_ball(camera, outlines[0], capture.ball.radius_m)
-    )
+    ball = fit_ball(camera, outlines[0], capture.ball.radius_m)
+    return MeasuredView(settings, image, camera, outlines[0], ball, converted)
 
 
 def compose(
@@ -188,31 +214,34 @@ def compose(
 
 
 def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
-    """Write probe.exr, spectral.exr, layers.exr, world.exr, preview.png and report.json, each whole or not at all."""
+    """Write probe.exr, spectral.exr, layers.exr, world.exr, preview.png and report.json into a folder.
+
+    They take their places together at the end, the report last: a job that is stopped leaves an earlier probe as it was.
+    """
     from .figures.panorama import panorama_preview, write_png
 
     directory = Path(directory)
     start = time.perf_counter()
-    yield Progress(0.0, "Writing probe.exr")
-    write_probe(directory / "probe.exr", probe.panorama)
-    yield Progress(0.1, "Writing layers.exr")
-    layers = light_layers(probe.panorama)
-    write_layers(directory / "layers.exr", layers)
-    yield Progress(0.2, "Writing world.exr")
-    world = np.maximum(xyz_to_rec709(panorama_xyz(probe.panorama)), 0.0)
-    write_rgb(
-        directory / "world.exr",
-        world,
-        header={"comment": "Scene-linear Rec.709, D65 white; Blender's equirectangular"},
-    )
-    yield Progress(0.3, "Writing preview.png")
-    write_png(directory / "preview.png", panorama_preview(probe.panorama))
-    yield Progress(0.4, "Writing spectral.exr")
-    write_spectral_panorama(directory / "spectral.exr", probe.panorama)
-    seconds = {**probe.report["seconds"], "writing": round(time.perf_counter() - start, 3)}
-    with written_whole(directory / "report.json") as temporary:
+    layers = light_layers(probe.panorama)  # refuses a panorama without light before anything is made
+    directory.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".writing-", dir=directory) as name:
+        folder = Path(name)
+        yield Progress(0.0, "Writing probe.exr")
+        write_probe(folder / "probe.exr", probe.panorama)
+        yield Progress(0.1, "Writing layers.exr")
+        write_layers(folder / "layers.exr", layers)
+        yield Progress(0.2, "Writing world.exr")
+        world = np.maximum(xyz_to_rec709(panorama_xyz(probe.panorama)), 0.0)
+        write_rgb(folder / "world.exr", world, header={"comment": _WORLD_COMMENT})
+        yield Progress(0.3, "Writing preview.png")
+        write_png(folder / "preview.png", panorama_preview(probe.panorama))
+        yield Progress(0.4, "Writing spectral.exr")
+        write_spectral_panorama(folder / "spectral.exr", probe.panorama)
+        seconds = {**probe.report["seconds"], "writing": round(time.perf_counter() - start, 3)}
         report = {**probe.report, "layers_residual": layers.residual, "seconds": seconds}
-        temporary.write_text(json.dumps(report, indent=1), encoding="utf-8")
+        (folder / "report.json").write_text(json.dumps(report, indent=1), encoding="utf-8")
+        for file in sorted(folder.iterdir(), key=lambda file: file.name == "report.json"):
+            file.replace(directory / file.name)
     return layers
 
 
@@ -240,7 +269,6 @@ def _report(
 ) -> dict[str, Any]:
     height, width = panorama.valid.shape
     solid_angles = np.broadcast_to(panorama_solid_angles(height, width), (height, width))
-    spectra_minimum = _negative_fraction(panorama)
     return {
         "views": [
             {
@@ -260,7 +288,9 @@ def _report(
             for view in views
         ],
         "blind_fraction": float(solid_angles[~panorama.valid].sum() / (4 * np.pi)),
-        "negative_fraction": spectra_minimum,
+        "camera_curves": _curves_used(capture, views),
+        "warnings": _warnings(views),
+        "negative_fraction": _negative_fraction(panorama),
         "median_confidence": float(np.median(panorama.confidence[panorama.valid]))
         if panorama.valid.any()
         else 0.0,
@@ -269,6 +299,26 @@ def _report(
         "method": capture.method,
         "seconds": {stage: round(value, 3) for stage, value in seconds.items()},
     }
+
+
+def _curves_used(capture: Capture, views: Sequence[MeasuredView]) -> str:
+    if all(view.converted for view in views):
+        return REC709
+    return (
+        capture.camera.sensitivities.name if capture.camera.sensitivities else capture.camera.model or REC709
+    )
+
+
+def _warnings(views: Sequence[MeasuredView]) -> list[str]:
+    """What the user should know about how far the result can be trusted."""
+    told = []
+    if all(view.converted for view in views):
+        told.append(
+            "The photographs are converted pictures (JPEG): sRGB's tone curve and Rec.709's colours were assumed. Use raw."
+        )
+    if any(view.settings.refine for view in views) and len(views) > 1:
+        told.append("Azimuths are used as given; registration of the views does not refine them yet.")
+    return told
 
 
 def _negative_fraction(panorama: SpectralPanorama) -> float:

@@ -279,7 +279,8 @@ def _pass_paths(directory: Path, plan: PassPlan) -> tuple[Path, ...]:
     """Files of the passes; those of an earlier render are removed first, lest the two be mixed."""
     for stale in (directory / "passes").glob("pass_*.exr"):
         stale.unlink()
-    (directory / "report.json").unlink(missing_ok=True)
+    for name in ("report.json", "xyz.exr", "image.exr", "rgb.exr"):
+        (directory / name).unlink(missing_ok=True)
     return tuple(directory / "passes" / f"pass_{number:02d}.exr" for number in range(plan.passes))
 
 

@@ -18,6 +18,8 @@ from .restore import changed, remove
 ROTATION_NODE = "Spectral Probe Rotation"
 LIGHT_NODE = "Spectral Probe Light"
 ENVIRONMENT_NODE = "Spectral Probe Panorama"
+_OURS = "spectral_probe"
+"""Custom property that marks a world made here."""
 
 FINEST_IMPORTANCE_MAP = 2048
 """Width of the map by which Cycles samples the light; finer panoramas are sampled by this one."""
@@ -56,7 +58,13 @@ def light_world(
         raise FileFormatError(f"There is no panorama {world_exr}. Build the probe first.")
     image = bpy.data.images.load(str(world_exr), check_existing=True)
     image.colorspace_settings.name = "Linear Rec.709"
-    world = bpy.data.worlds.new("Spectral Probe")
+    if scene.world is not None and scene.world.get(_OURS):
+        world = scene.world
+    else:
+        if scene.world is not None:
+            scene.world.use_fake_user = True  # without users it would be gone when the file is saved
+        world = bpy.data.worlds.new("Spectral Probe")
+        world[_OURS] = True
     _build(world, image, (0.0, 0.0, rotation_rad), strength)
     scene.world = world
     return world

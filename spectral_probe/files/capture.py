@@ -6,6 +6,7 @@ Every key is checked: an unknown one is named, with the nearest known one beside
 from __future__ import annotations
 
 import difflib
+import math
 import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -190,6 +191,9 @@ class _Reader:
         refine = table.get("refine", True)
         if not isinstance(refine, bool):
             raise self.fail(where, "refine", "true or false")
+        elevation = self.number(table, "elevation_deg", where) or 0.0
+        if not -90.0 <= elevation <= 90.0:
+            raise self.fail(where, "elevation_deg", "between -90 and 90")
         outline = self.numbers(table, "outline", where, {3})
         if outline is not None and outline[2] <= 0:
             raise self.fail(where, "outline", "[cx_px, cy_px, r_px] with a positive radius")
@@ -204,7 +208,7 @@ class _Reader:
         return ViewSettings(
             photos=tuple(self.existing(photo, where) for photo in photos),
             azimuth_deg=self.number(table, "azimuth_deg", where) or 0.0,
-            elevation_deg=self.number(table, "elevation_deg", where) or 0.0,
+            elevation_deg=elevation,
             roll_deg=self.number(table, "roll_deg", where) or 0.0,
             refine=refine,
             exposures_s=per_photo("exposures_s"),
@@ -215,7 +219,7 @@ class _Reader:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def save_capture(capture: Capture, path: Path) -> None:

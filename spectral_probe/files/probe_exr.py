@@ -82,6 +82,8 @@ def read_layers(path: Path) -> LightLayers:
     """
     channels, header = read_channels(path)
     data = _header(header, _LAYERS_HEADER, path)
+    if not {"R", "G", "B"} <= set(channels) or not {"spectra", "wavelengths_nm", "residual"} <= set(data):
+        raise FileFormatError(f"{Path(path).name} is damaged. Build the probe again from its capture.")
     weights: FloatArray = np.stack([np.asarray(channels[name], np.float32) for name in "RGB"], axis=-1)
     return LightLayers(
         weights,

@@ -40,9 +40,11 @@ def read_spectrum_csv(path: Path, columns: int = 1) -> FloatArray:
         raise SpectralDataError(
             f"{path} cannot be read. Give a CSV file with wavelengths in nm and values."
         ) from None
-    separator = next((mark for mark in (";", "\t") if mark in text), ",")
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    numeric = next((line for line in lines if line.lstrip()[:1].isdigit()), "")
+    separator = next((mark for mark in (";", "\t") if mark in numeric), ",")
     rows = []
-    for row in csv.reader(text.splitlines(), delimiter=separator):
+    for row in csv.reader(lines, delimiter=separator):
         try:
             numbers = [float(cell) for cell in row[: columns + 1]]
         except ValueError:

@@ -17,6 +17,10 @@ ENOUGH_COVERAGE = 0.44
 rooms tried reach 0.36; balls, down to dim, blurred and half hidden ones, 0.48 to 0.95."""
 
 ENOUGH_SIGNIFICANCE = 40.0
+
+HOLDING_SHARE = 0.5
+"""A circle round the best one is preferred to it when it is this share as significant."""
+
 KNOWN_RADIUS_COVERAGE = 0.25
 """The same where another photograph of the bracket has told the radius already."""
 
@@ -185,7 +189,17 @@ def _search(photographs: Sequence[Photograph], radius_px: float | None) -> Circl
         near = find_circles(photographs, radius_px)
         if near and near[0].coverage >= KNOWN_RADIUS_COVERAGE:
             return near[0]
-    for circle in find_circles(photographs):
-        if circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE:
-            return outermost(photographs[:: max(1, len(photographs) // 3)], circle)
-    return None
+    good = [
+        circle
+        for circle in find_circles(photographs)
+        if circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE
+    ]
+    if not good:
+        return None
+    chosen = good[0]
+    for circle in good[1:]:
+        # Something round that the ball reflects may be sharper than the ball; it lies within the ball's outline.
+        inside = np.hypot(circle.x - chosen.x, circle.y - chosen.y) + chosen.radius < circle.radius
+        if inside and circle.significance > HOLDING_SHARE * chosen.significance:
+            chosen = circle
+    return outermost(photographs[:: max(1, len(photographs) // 3)], chosen)

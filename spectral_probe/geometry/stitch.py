@@ -24,6 +24,9 @@ _LAST_RESORT = 1e-4
 _DISAGREEMENT = 0.08
 """Difference of two views, in natural logarithm of radiance, that one view has to differ more than the others to be doubted."""
 
+_LEAST_TRUST = 1e-6
+"""Nothing is wholly disbelieved: where a doubted view is the only one, it counts."""
+
 _AGREEMENT_WIDTH_RAD = np.radians(1.5)
 """Standard deviation of the blur under which views are compared: wider than their registration and noise."""
 
@@ -47,7 +50,7 @@ def view_weights(views: Sequence[ViewPanorama]) -> FloatArray:
     any_valid = np.any([view.valid for view in views], axis=0)
     quality = np.stack([_quality(view, np.where(any_valid, view.valid, view.seen)) for view in views])
     if len(views) >= 3:
-        quality *= _trust(views)
+        quality *= _trust(views, any_valid)
     total = quality.sum(0)
     return np.asarray(quality / np.where(total > 0, total, 1.0), np.float32)
 
@@ -59,13 +62,15 @@ def _quality(view: ViewPanorama, usable: BoolArray) -> FloatArray:
     return np.where(usable, np.maximum(view.cos_incidence, 1e-3) ** _SHARPNESS * shown, 0.0)
 
 
-def _trust(views: Sequence[ViewPanorama]) -> FloatArray:
+def _trust(views: Sequence[ViewPanorama], any_valid: BoolArray) -> FloatArray:
     """How far each view is to be believed in every direction, (V, H, W) in 0..1.
 
     A view's disagreement is its distance from the nearest other view; where two agree, a third that differs from both loses.
     Where fewer than three see a direction nobody can say who is right, and all are believed.
     """
-    seen = np.stack([view.seen for view in views])
+    seen = np.stack(
+        [np.where(any_valid, view.valid, view.seen) for view in views]
+    )  # clipped views know no better
     logs = [_blurred_log(view) for view in views]
     nearest = np.full(seen.shape, np.inf, np.float32)
     for first in range(len(views)):
@@ -76,7 +81,7 @@ def _trust(views: Sequence[ViewPanorama]) -> FloatArray:
             nearest[second] = np.minimum(nearest[second], distance)
     decidable = seen.sum(0) >= 3
     excess = np.where(decidable & seen, nearest - np.where(decidable, nearest.min(0), 0.0), 0.0)
-    return np.asarray(np.exp(-((excess / _DISAGREEMENT) ** 2)), np.float32)
+    return np.asarray(np.maximum(np.exp(-((excess / _DISAGREEMENT) ** 2)), _LEAST_TRUST), np.float32)
 
 
 def _blurred_log(view: ViewPanorama) -> FloatArray:
@@ -86,10 +91,13 @@ def _blurred_log(view: ViewPanorama) -> FloatArray:
     log = np.log(np.maximum(view.responses, 0.0) + floor).astype(np.float32)
     seen = view.seen.astype(np.float32)
     sigma = _AGREEMENT_WIDTH_RAD * width / (2 * np.pi)
-    blurred = [
-        cv2.GaussianBlur(channel, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
-        for channel in (*np.moveaxis(log * seen[..., None], -1, 0), seen)
-    ]
+    margin = min(int(np.ceil(4 * sigma)), width)
+    blurred = []
+    for channel in (*np.moveaxis(log * seen[..., None], -1, 0), seen):
+        around = np.pad(channel, ((0, 0), (margin, margin)), mode="wrap")  # a panorama goes round
+        blurred.append(
+            cv2.GaussianBlur(around, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)[:, margin : margin + width]
+        )
     return np.asarray(np.stack(blurred[:3], axis=-1) / np.maximum(blurred[3], 1e-6)[..., None])
 
 

@@ -57,6 +57,7 @@ def read_raw(path: Path) -> Photograph:
                 exposure=_exposure(raw, tags),
                 focal_mm=float(raw.other.focal_length) or None,
                 focal_35mm=positive_tag(tags, EXIF_FOCAL_35MM),
+                camera_raw=True,
             )
     except (rawpy.LibRawFileUnsupportedError, rawpy.LibRawIOError) as error:
         raise PhotographError(

@@ -142,16 +142,27 @@ def _read_encoded(path: Path) -> Photograph:
 
     header = path.read_bytes()[:32]
     if header[:8] == b"\x89PNG\r\n\x1a\n":
-        deep = header[24] == 16  # the bit depth of the IHDR chunk
+        deep = header[24:25] == b"\x10"  # the bit depth of the IHDR chunk
     else:
         deep = header[:4] in (b"II*\0", b"MM\0*") and _tiff_bits(path) != 8
     try:
         if deep:
-            return _read_with_opencv(path, exif_of_tiff(path))
+            return _read_with_opencv(path, _exif_of(path))
         with Image.open(path) as image:
             return _read_eight_bit(path, image)
     except (OSError, SyntaxError, Image.DecompressionBombError) as error:
         raise PhotographError(_broken(path)) from error
+
+
+def _exif_of(path: Path) -> Mapping[int, Any]:
+    """EXIF tags of a TIFF or PNG, empty where it has none."""
+    from PIL import Image
+
+    if path.suffix.lower() != ".png":
+        return exif_of_tiff(path)
+    with Image.open(path) as image:
+        exif = image.getexif()
+        return {**exif, **exif.get_ifd(EXIF_IFD)}
 
 
 def _tiff_bits(path: Path) -> int:

@@ -23,6 +23,9 @@ from .grid import WAVELENGTHS_NM, resample
 REC709 = "Rec.709"
 """The "camera" of display-referred pictures and of HDR and EXR files: linear Rec.709, D65 white."""
 
+_MOST_ALIKE = 1e4
+"""Condition number of three curves beyond which they are as good as two: no camera comes near."""
+
 _CANON_5D_II = "Canon EOS 5D Mark II"
 
 
@@ -106,13 +109,19 @@ def _from_file(path: Path) -> FloatArray:
             f"{path} cannot be read as text ({problem}). Give a CSV or an AMPAS JSON file."
         ) from None
     samples = _json_samples(text, path) if path.suffix.lower() == ".json" else _csv_samples(text, path)
+    if samples.ndim != 2 or not np.isfinite(samples).all():
+        raise SpectralDataError(
+            f"{path.name} has no table of finite numbers. Its columns must be wavelength_nm,r,g,b."
+        )
     if len(np.unique(samples[:, 0])) != len(samples):
         raise SpectralDataError(f"{path.name} lists a wavelength twice. Keep one line a wavelength.")
     sensitivities = resample(samples[:, 0], samples[:, 1:].T, name=path.name).T
-    if not np.isfinite(sensitivities).all() or (sensitivities.max(0) <= 0).any():
+    if (sensitivities.max(0) <= 0).any():
         raise SpectralDataError(
             f"{path.name} has a channel without any sensitivity. Check its columns r, g, b."
         )
+    if np.linalg.cond(sensitivities / sensitivities.max(0)) > _MOST_ALIKE:
+        raise SpectralDataError(f"{path.name} has channels that are alike. Check its columns r, g, b.")
     return sensitivities
 
 

@@ -237,7 +237,7 @@ def _fractions(material: str | Mapping[str, float]) -> Mapping[str, float]:
         by_name = {name.lower(): fractions for name, fractions in BALL_MATERIALS.items()}
         if material.lower() in by_name:
             return by_name[material.lower()]
-        if material in METAL_PAGES:
+        if material.lower() in {name.lower() for name in (*METAL_PAGES, *METAL_NAMES.values())}:
             return {material: 1.0}
         near = difflib.get_close_matches(material.lower(), by_name, n=1, cutoff=0.4)
         hint = f'Did you mean "{near[0]}"? ' if near else ""

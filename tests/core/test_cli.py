@@ -141,7 +141,7 @@ def test_bad_captures_get_one_line_exit_2_and_nothing_written(tmp_path, capsys, 
     code, out, err = run(
         capsys, "probe", write_capture(tmp_path, **changes), "-o", tmp_path / "out", "--width", "64"
     )
-    message = [text for text in err.splitlines() if "%" not in text]
+    message = err.splitlines()
     assert (code, out) == (2, "")
     assert len(message) == 1
     assert line in message[0]
@@ -162,7 +162,7 @@ def test_an_output_that_is_a_file(tmp_path, capsys):
         (["render", "a.blend", "--probe", "p.exr", "-o", "x", "--passes", "0"], "no whole number above 0"),
         (["prob", "a.toml"], "invalid choice: 'prob'"),
         (["probe", "a.toml"], "the following arguments are required: -o/--output"),
-        (["compare", "a.exr", "b.exr", "-o", "x", "--blur", "-1"], "not a number from 0 up"),
+        (["compare", "a.exr", "b.exr", "-o", "x", "--blur", "-1"], "not a number from 0 to 90"),
     ],
 )
 def test_wrong_words_get_one_line_and_exit_2(words, line, capsys):
@@ -191,7 +191,7 @@ def test_blenders_verbs_are_called_with_the_arguments(tmp_path, capsys):
     assert main(words, {"render": render}) == 0
     out, err = capsys.readouterr()
     assert json.loads(out) == {"passes": "all", "scene": "a.blend"}
-    assert err == " 50% rendering\n"
+    assert err == ""  # done before there was anything to tell
 
 
 def test_an_interrupted_verb_says_so(tmp_path, capsys):

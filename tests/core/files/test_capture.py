@@ -87,6 +87,8 @@ def test_saving_and_loading_again_gives_the_same(write, tmp_path):
         ),
         ("radius_m = 0.05", "radius_m = 0.05.1", r"capture\.toml is not valid TOML: .*line 8"),
         ("radius_m = 0.05", 'radius_m = "5 cm"', "radius_m must be a positive number"),
+        ("azimuth_deg = 120", "azimuth_deg = nan", "azimuth_deg must be a number"),
+        ("elevation_deg = 5", "elevation_deg = 120", "elevation_deg must be between -90 and 90"),
         ("radius_m = 0.05", "radius_m = -1", "radius_m must be a positive number"),
         ("5720.3", "[1, 2, 3]", "focal_px must be a list of 2 numbers"),
         ('"b.dng"', '"c.dng"', r"there is no file .*c\.dng"),

@@ -124,6 +124,28 @@ def test_what_one_view_alone_shows_is_left_out():
     assert np.median(kept[inside]) < 1.0
 
 
+def test_a_lamp_that_only_one_view_has_unclipped_is_kept():
+    """Two views clip the lamp and hold less than its radiance; agreeing in that, they must not outvote the third."""
+    lamp = bearing_to_direction(30.0, 50.0)
+    views = []
+    for azimuth, level in ((0, 3.0), (120, 1.0), (240, 1.0)):
+        rotation = camera_to_world(azimuth)
+
+        def world(directions, level=level):
+            near = directions @ lamp > np.cos(np.radians(9))
+            return np.where(near[..., None], 10.0 * level, smooth_world(directions))
+
+        image = photograph_of(world, rotation)
+        image.valid[(image.radiance[..., 0] > 9) & (level == 1.0)] = False
+        views.append(view_panorama(image, CAMERA, BALL, rotation, 128))
+    merged = sum(
+        share[..., None] * view.responses for view, share in zip(views, view_weights(views), strict=True)
+    )
+    inside = (panorama_directions(64, 128) @ lamp > np.cos(np.radians(6))) & views[0].valid
+    assert inside.any()
+    assert np.abs(merged[inside] - 30.0).max() < 0.5
+
+
 def test_filling_keeps_what_is_known():
     rng = np.random.default_rng(7)
     values = rng.uniform(1, 2, size=(32, 64, 2)).astype(np.float32)

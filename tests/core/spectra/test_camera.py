@@ -28,7 +28,7 @@ def test_unknown_camera_suggests_the_nearest():
 
 
 def write_csv(path, first, last):
-    rows = [f"{nm},{nm / 1000},{nm / 900},{nm / 800}" for nm in range(first, last + 1, 10)]
+    rows = [f"{nm},{nm / 1000},{(nm / 900) ** 2},{(800 - nm) / 800}" for nm in range(first, last + 1, 10)]
     path.write_text("# measured\nwavelength_nm,r,g,b\n" + "\n".join(rows))
     return path
 
@@ -39,7 +39,7 @@ def test_csv(tmp_path):
 
 
 def test_ampas_json_with_channels_in_another_order(tmp_path):
-    table = {str(nm): [nm / 800, nm / 900, nm / 1000] for nm in range(380, 785, 5)}
+    table = {str(nm): [(800 - nm) / 800, (nm / 900) ** 2, nm / 1000] for nm in range(380, 785, 5)}
     file = tmp_path / "mine.json"
     file.write_text(
         json.dumps({"spectral_data": {"index": {"main": ["B", "G", "R"]}, "data": {"main": table}}})
@@ -59,6 +59,13 @@ def test_curves_that_do_not_cover_the_visible_range(tmp_path):
         ("a.csv", "nm,r,g,b\n400,1,2,3\n500,1,x,3\n", "not four numbers"),
         ("a.json", "{}", "not a camera file in AMPAS JSON"),
         ("a.json", "[1, 2", "not a camera file in AMPAS JSON"),
+        ("a.csv", "nm,r,g,b\n400,1,2,nan\n700,1,1,3\n", "no table of finite numbers"),
+        (
+            "a.json",
+            '{"spectral_data": {"index": {"main": ["R","G","B"]}, "data": {"main": {}}}}',
+            "no table of finite numbers",
+        ),
+        ("a.csv", "nm,r,g,b\n400,1,1,3\n500,2,2,1\n700,1,1,3\n", "channels that are alike"),
         ("a.csv", "nm,r,g,b\n400,0,2,3\n700,0,1,3\n", "channel without any sensitivity"),
         ("a.csv", "nm,r,g,b\n400,1,2,3\n400,1,2,3\n700,1,1,3\n", "lists a wavelength twice"),
     ],
