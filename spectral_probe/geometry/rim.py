@@ -46,13 +46,17 @@ finds a little more."""
 SHORTEST_FOCAL = 0.5
 """Focal length over the frame's long side: a lens of 18 mm on film. Limits how elliptical an outline can be."""
 
+SIGNAL = 6.0
+"""Variance along a profile, summed over the channels and over that of noise alone (3), from which it says something."""
+
 BLURRED_SHARE = 0.8
 BELIEVED_PX = 1.8
 """A fit that moves the outline further than this, in pixels of its picture, has followed something else."""
 
 RIM_ANGLES = 360
-ENOUGH_ANGLES = 144
-"""Two fifths of the rim must speak for a fit, or the outline stays as it was."""
+ENOUGH_ANGLES, ENOUGH_DEVELOPED_ANGLES = 108, 144
+"""So many of the 360 angles must speak for a fit, or the outline stays as it was; more of them where sharpening and
+JPEG leave false edges."""
 
 DEPTH_INSIDE_PX, DEPTH_OUTSIDE_PX, DEPTH_STEP_PX = 7.0, 6.0, 0.5
 SEARCH_PX, SEARCH_STEP_PX = 3.0, 0.2
@@ -256,7 +260,8 @@ def _refined(
     misfit, blur = model
     change, found, weight = _robust_fit(misfit, angles)
     good = weight > 0.02 * weight.max()
-    if good.sum() < ENOUGH_ANGLES or np.abs(change).max() > BELIEVED_PX:
+    enough = ENOUGH_DEVELOPED_ANGLES if developed else ENOUGH_ANGLES
+    if good.sum() < enough or np.abs(change).max() > BELIEVED_PX:
         return None
     curve = harmonics(angles, 3) @ change
     residual = np.where(good, (found - curve) * weight / weight.max(), 0.0)
@@ -392,6 +397,10 @@ def _squares(
         if not chosen.any():
             continue
         values = one.values[chosen] / np.sqrt(one.variance[chosen])[:, None, :]
+        # Where a photograph shows nothing but noise it must not dilute what the others say.
+        tells = values.var(axis=1).sum(axis=-1) > SIGNAL
+        chosen[chosen] = tells
+        values = values[tells]
         explained = np.einsum("trk,arc->atck", basis, values, optimize=True)
         left = (values**2).sum(axis=(1, 2))[:, None] - (explained**2).sum(axis=(2, 3))
         squares[chosen] += left * independent
