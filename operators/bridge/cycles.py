@@ -289,7 +289,7 @@ def _rgb_twin(task: _Task) -> float:
     to_rec709 = working_to_rec709()
     world = panorama_rec709(task.probe)
     level = float(world.mean())
-    path = task.directory / "rgb.exr"
+    path = task.directory / "passes" / "rgb.exr"  # in the working space and at the level of the passes
     with rgb_materials(task.scene), temporary_light(task.scene, *world.shape[:2]) as set_light:
         start = time.perf_counter()
         set_light(world @ np.linalg.inv(to_rec709).T / level)
@@ -298,7 +298,8 @@ def _rgb_twin(task: _Task) -> float:
         seconds = time.perf_counter() - start
     rgb = read_rgb(path) @ to_rec709.T.astype(np.float32) * level
     note = "scene-linear Rec.709 (D65), rendered in RGB, in the unit of image.exr"
-    _write_image(path, _rgb_channels(rgb) | _alpha(path), note)
+    _write_image(task.directory / "rgb.exr", _rgb_channels(rgb) | _alpha(path), note)
+    path.unlink()
     return seconds
 
 

@@ -181,7 +181,10 @@ def test_build_probe_gives_what_the_function_gives(imported, capture_file, in_ex
         (lambda settings: setattr(settings.views[0], "outline_px", (80, 60, 0)), "has no radius"),
         (lambda settings: setattr(settings, "probe_width", 65), "even"),
         (lambda settings: setattr(settings, "probe_directory", "//x"), r"Save the \.blend first"),
-        (lambda settings: setattr(settings, "probe_directory", settings.capture_path), "is a file, not a folder"),
+        (
+            lambda settings: setattr(settings, "probe_directory", settings.capture_path),
+            "is a file, not a folder",
+        ),
     ],
 )
 def test_build_probe_reports_and_writes_nothing(imported, capture_file, spoil, message):
