@@ -57,7 +57,7 @@ def test_render_writes_its_files_and_prints_only_json(run, scene_file, probe_fil
     assert {"xyz.exr", "image.exr", "rgb.exr", "plan.json", "report.json"} <= {
         path.name for path in out.iterdir()
     }
-    assert "Pass 2 of 2" in printed.err
+    assert "Pass 2 of 2" not in printed.err  # progress lines only from ten seconds on, away from a terminal
     assert "Saved" not in printed.err
 
 

@@ -213,3 +213,16 @@ def test_the_installed_command(tmp_path):
     )
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
+
+
+def test_long_work_away_from_a_terminal_tells_how_far_it_is(tmp_path, capsys, monkeypatch):
+    clock = iter([0.0, 4.0, 11.0, 11.0, 12.0])
+    monkeypatch.setattr("spectral_probe.cli.time.monotonic", lambda: next(clock))
+
+    def render(_):
+        for step in (0.1, 0.5, 0.6):
+            yield Progress(step, "rendering")
+        return {}
+
+    assert main(["render", "a.blend", "--probe", "p.exr", "-o", str(tmp_path)], {"render": render}) == 0
+    assert capsys.readouterr().err == " 50% rendering\n"
