@@ -22,7 +22,7 @@ _LAST_RESORT = 1e-4
 """Weight of a camera's own reflection where no other view helps."""
 
 _DISAGREEMENT = 0.08
-"""Difference of two views, in natural logarithm of radiance, that one view has to differ more than the others to be doubted."""
+"""Distance from the median of the views, in natural logarithm of radiance, beyond which a view is doubted."""
 
 _LEAST_TRUST = 1e-6
 """Nothing is wholly disbelieved: where a doubted view is the only one, it counts."""
@@ -65,22 +65,15 @@ def _quality(view: ViewPanorama, usable: BoolArray) -> FloatArray:
 def _trust(views: Sequence[ViewPanorama], any_valid: BoolArray) -> FloatArray:
     """How far each view is to be believed in every direction, (V, H, W) in 0..1.
 
-    A view's disagreement is its distance from the nearest other view; where two agree, a third that differs from both loses.
+    A view's disagreement is its distance from the median of all that see the direction; what nobody else shows loses.
     Where fewer than three see a direction nobody can say who is right, and all are believed.
     """
     seen = np.stack(
         [np.where(any_valid, view.valid, view.seen) for view in views]
     )  # clipped views know no better
-    logs = [_blurred_log(view) for view in views]
-    nearest = np.full(seen.shape, np.inf, np.float32)
-    for first in range(len(views)):
-        for second in range(first):
-            distance = np.abs(logs[first] - logs[second]).mean(-1)
-            distance = np.where(seen[first] & seen[second], distance, np.inf)
-            nearest[first] = np.minimum(nearest[first], distance)
-            nearest[second] = np.minimum(nearest[second], distance)
-    decidable = seen.sum(0) >= 3
-    excess = np.where(decidable & seen, nearest - np.where(decidable, nearest.min(0), 0.0), 0.0)
+    logs = np.ma.array([_blurred_log(view) for view in views], mask=np.repeat(~seen[..., None], 3, axis=-1))
+    distance = np.abs(logs - np.ma.median(logs, axis=0)).mean(-1).filled(0.0)
+    excess = np.where(seen.sum(0) >= 3, np.maximum(distance - _DISAGREEMENT, 0.0), 0.0)
     return np.asarray(np.maximum(np.exp(-((excess / _DISAGREEMENT) ** 2)), _LEAST_TRUST), np.float32)
 
 
