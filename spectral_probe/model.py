@@ -84,6 +84,8 @@ class CameraSettings:
     calibration: Path | None = None
     principal_px: tuple[float, float] | None = None
     distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    half_size: bool = False
+    """Camera raw at half the size, one pixel for each 2 x 2 sensels; pixel lengths here are then of the half size."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,9 @@ class ViewSettings:
 
     `azimuth_deg` is the compass bearing of the viewing direction (0 = world +Y, clockwise from above),
     `elevation_deg` > 0 means the camera is above the ball, `roll_deg` turns the camera clockwise about its axis.
-    `outline` is (centre x, centre y, radius) in pixels of the first photograph, or None to detect it.
+    `refine` lets registration correct these angles. `outline` is (centre x, centre y, radius) in pixels of the first
+    photograph, or None to detect it; `ball_at` is a point on the ball, where more than one is in the picture.
+    `solve_exposures` takes what the pixels say of the exposures where the stated ones contradict them.
     """
 
     photos: tuple[Path, ...]
@@ -112,17 +116,25 @@ class ViewSettings:
     iso: tuple[float, ...] | None = None
     f_number: tuple[float, ...] | None = None
     outline: tuple[float, float, float] | None = None
+    ball_at: tuple[float, float] | None = None
+    solve_exposures: bool = True
+
+
+COMPOSITIONS = ("blend", "cut")
+"""How views become one panorama: every direction from where it is sampled best, blended; or the paper's plain cut, each view
+to 60 degrees on both sides of the direction from the ball to its camera."""
 
 
 @dataclass(frozen=True)
 class Capture:
-    """A whole capture: camera, ball, the lamp families that may be present, the recovery method, and the views."""
+    """A whole capture: camera, ball, lamp families that may be present, recovery method, views and their composition."""
 
     views: tuple[ViewSettings, ...]
     camera: CameraSettings = field(default_factory=CameraSettings)
     ball: BallSettings = field(default_factory=BallSettings)
     families: tuple[str, ...] = ("incandescent", "daylight")
     method: str = "family"
+    composition: str = "blend"
 
 
 # ---------------------------------------------------------------- photographs
@@ -207,6 +219,7 @@ class Outline:
 
     `centre_px` (x, y); `semi_axes_px` (major, minor); `angle_rad` of the major axis from +x towards +y;
     `rms_px` distance of the points from the ellipse. All in pixels, pixel centres at integer + 0.5.
+    `error_px` (2,) are the standard errors of the centre (the larger of both directions) and of the radius.
     """
 
     centre_px: tuple[float, float]
@@ -214,6 +227,7 @@ class Outline:
     angle_rad: float
     points_px: FloatArray
     rms_px: float
+    error_px: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -221,17 +235,38 @@ class BallFit:
     """The ball in the camera's frame: centre M (3,) in metres, radius r, half angle xi of the outline's cone.
 
     `rms_rad` is the distance of the outline's rays from the cone. The distance |M| is d = r / sin(xi).
+    `covariance_rad2` (3, 3) is that of the cone's axis along two directions across it (`axis_tangents`) and of xi.
+    `points_px` (N, 2) are the outline's points, `residuals_px` (N,) their distances from the fitted cone's outline, positive
+    outside, and `used` (N,) is False for those that the fit rejected.
     """
 
     centre_m: FloatArray
     radius_m: float
     cone_angle_rad: float
     rms_rad: float
+    covariance_rad2: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+    points_px: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    residuals_px: FloatArray = field(default_factory=lambda: np.zeros(0))
+    used: BoolArray = field(default_factory=lambda: np.zeros(0, bool))
 
     @property
     def distance_m(self) -> float:
         """Distance from the camera's centre of projection to the ball's centre, in metres."""
         return float(np.linalg.norm(self.centre_m))
+
+    @property
+    def axis_tangents(self) -> FloatArray:
+        """Two unit vectors (2, 3) across the direction to the ball's centre: to the right, and down, in the image.
+
+        Examples
+        --------
+        >>> BallFit(np.array([0.0, 0.0, 1.0]), 0.1, np.arcsin(0.1), 0.0).axis_tangents.tolist()
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+        """
+        axis = self.centre_m / self.distance_m
+        right = np.cross([0.0, 1.0, 0.0], axis)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(axis, right)])
 
 
 # ---------------------------------------------------------------- the probe
@@ -257,6 +292,9 @@ class SpectralPanorama:
         (H, W) bool, False where no view saw the direction unclipped.
     confidence
         (H, W) float32 in 0..1.
+    direction_error_rad
+        (H, W) float32, standard error of the direction that a texel stands for, from the outline's uncertainty; NaN where
+        nothing was seen. None where it is not known.
     provenance
         What it was made from and how, as text for the file's header.
     """
@@ -268,6 +306,7 @@ class SpectralPanorama:
     valid: BoolArray
     confidence: FloatArray
     provenance: Mapping[str, str] = field(default_factory=dict)
+    direction_error_rad: FloatArray | None = None
 
 
 @dataclass(frozen=True)

@@ -13,18 +13,21 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import CaptureError
-from ..model import BallSettings, CameraSettings, Capture, ViewSettings
+from ..model import COMPOSITIONS, BallSettings, CameraSettings, Capture, ViewSettings
 from .atomic import written_whole
 
 type Table = Mapping[str, Any]
 
 _CAMERA_KEYS = (
     "model", "sensitivities", "focal_px", "focal_mm", "sensor_width_mm", "calibration", "principal_px", "distortion",
+    "half_size",
 )  # fmt: skip
 _BALL_KEYS = ("radius_m", "material")
 _LIGHT_KEYS = ("families", "method")
+_PANORAMA_KEYS = ("composition",)
 _VIEW_KEYS = (
     "azimuth_deg", "elevation_deg", "roll_deg", "refine", "photos", "exposures_s", "iso", "f_number", "outline",
+    "ball_at", "solve_exposures",
 )  # fmt: skip
 
 
@@ -54,7 +57,7 @@ def load_capture(path: Path) -> Capture:
 def parse_capture(document: Table, folder: Path, name: str = "the capture") -> Capture:
     """A capture from a TOML document already read; paths are taken relative to `folder`."""
     reader = _Reader(name, folder)
-    reader.check_keys(document, ("camera", "ball", "light", "view"), "the capture file")
+    reader.check_keys(document, ("camera", "ball", "light", "panorama", "view"), "the capture file")
     views = document.get("view", [])
     if isinstance(views, Mapping):
         raise CaptureError(f"{name} has [view] in single brackets. Write [[view]] for each view.")
@@ -67,6 +70,7 @@ def parse_capture(document: Table, folder: Path, name: str = "the capture") -> C
         ball=reader.ball(reader.table(document, "ball", _BALL_KEYS)),
         families=reader.families(light),
         method=reader.text(light, "method", "[light]") or "family",
+        composition=reader.composition(reader.table(document, "panorama", _PANORAMA_KEYS)),
     )
 
 
@@ -101,6 +105,18 @@ class _Reader:
         if not _is_number(value) or (positive and value <= 0):
             raise self.fail(where, key, "a positive number" if positive else "a number")
         return float(value)
+
+    def truth(self, table: Table, key: str, where: str, *, default: bool) -> bool:
+        value = table.get(key, default)
+        if not isinstance(value, bool):
+            raise self.fail(where, key, "true or false")
+        return value
+
+    def composition(self, table: Table) -> str:
+        value = self.text(table, "composition", "[panorama]") or COMPOSITIONS[0]
+        if value not in COMPOSITIONS:
+            raise self.fail("[panorama]", "composition", " or ".join(f'"{name}"' for name in COMPOSITIONS))
+        return value
 
     def text(self, table: Table, key: str, where: str) -> str | None:
         value = table.get(key)
@@ -150,6 +166,7 @@ class _Reader:
             calibration=self.file(table, "calibration", where),
             principal_px=None if principal_px is None else (principal_px[0], principal_px[1]),
             distortion=self.numbers(table, "distortion", where, {4, 5, 8}) or (0.0,) * 5,
+            half_size=self.truth(table, "half_size", where, default=False),
         )
 
     def ball(self, table: Table) -> BallSettings:
@@ -188,12 +205,10 @@ class _Reader:
         photos = table.get("photos")
         if not isinstance(photos, list) or not photos or not all(isinstance(photo, str) for photo in photos):
             raise self.fail(where, "photos", 'a list of file names such as ["v0_0.dng", "v0_1.dng"]')
-        refine = table.get("refine", True)
-        if not isinstance(refine, bool):
-            raise self.fail(where, "refine", "true or false")
         elevation = self.number(table, "elevation_deg", where) or 0.0
         if not -90.0 <= elevation <= 90.0:
             raise self.fail(where, "elevation_deg", "between -90 and 90")
+        ball_at = self.numbers(table, "ball_at", where, {2})
         outline = self.numbers(table, "outline", where, {3})
         if outline is not None and outline[2] <= 0:
             raise self.fail(where, "outline", "[cx_px, cy_px, r_px] with a positive radius")
@@ -210,11 +225,13 @@ class _Reader:
             azimuth_deg=self.number(table, "azimuth_deg", where) or 0.0,
             elevation_deg=elevation,
             roll_deg=self.number(table, "roll_deg", where) or 0.0,
-            refine=refine,
+            refine=self.truth(table, "refine", where, default=True),
             exposures_s=per_photo("exposures_s"),
             iso=per_photo("iso"),
             f_number=per_photo("f_number"),
             outline=None if outline is None else (outline[0], outline[1], outline[2]),
+            ball_at=None if ball_at is None else (ball_at[0], ball_at[1]),
+            solve_exposures=self.truth(table, "solve_exposures", where, default=True),
         )
 
 
@@ -237,9 +254,11 @@ def save_capture(capture: Capture, path: Path) -> None:
         calibration=_relative(camera.calibration, folder),
         principal_px=camera.principal_px,
         distortion=camera.distortion if any(camera.distortion) else None,
+        half_size=camera.half_size or None,
     )
     lines += ["", "[ball]", *_entries(radius_m=ball.radius_m, material=ball.material)]
     lines += ["", "[light]", *_entries(families=capture.families, method=capture.method)]
+    lines += ["", "[panorama]", *_entries(composition=capture.composition)]
     for view in capture.views:
         lines += ["", "[[view]]"]
         lines += _entries(
@@ -252,6 +271,8 @@ def save_capture(capture: Capture, path: Path) -> None:
             iso=view.iso,
             f_number=view.f_number,
             outline=view.outline,
+            ball_at=view.ball_at,
+            solve_exposures=None if view.solve_exposures else False,
         )
     with written_whole(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -126,3 +126,20 @@ def test_no_file(tmp_path):
         load_capture(tmp_path / "none.toml")
     with pytest.raises(CaptureError, match="cannot be read"):
         load_capture(tmp_path)
+
+
+def test_keys_of_the_capture_and_its_geometry(write, tmp_path):
+    text = GOOD.replace("[light]", '[panorama]\ncomposition = "cut"\n\n[light]').replace(
+        "[ball]", "half_size = true\n\n[ball]"
+    )
+    capture = load_capture(write(text + "ball_at = [390, 410]\nsolve_exposures = false\n"))
+    view = capture.views[0]
+    assert (capture.composition, capture.camera.half_size) == ("cut", True)
+    assert (view.ball_at, view.solve_exposures) == ((390.0, 410.0), False)
+    save_capture(capture, tmp_path / "again.toml")
+    assert load_capture(tmp_path / "again.toml") == capture
+
+
+def test_an_unknown_composition_is_refused(write):
+    with pytest.raises(CaptureError, match='composition must be "blend" or "cut"'):
+        load_capture(write('[panorama]\ncomposition = "mosaic"\n' + GOOD))
