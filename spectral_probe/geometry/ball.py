@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import OutlineError
 from ..model import BallFit, BoolArray, Camera, FloatArray, Outline
 from .camera import pixel_rays
+from .interpolate import bilinear
 
 _ROBUST_ROUNDS = 20
 _SMALLEST_SCALE_RAD = 1e-7
@@ -119,13 +120,15 @@ def reflect(ball: BallFit, rays: FloatArray) -> Reflection:
     return Reflection(hit, points, normals, directions, np.clip(cosine, 0.0, 1.0))
 
 
-def find_reflection(ball: BallFit, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+def find_reflection(
+    ball: BallFit, directions: FloatArray, table: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Where on the ball light from given directions is mirrored to the camera: the inverse of `reflect`.
 
     Everything happens in the plane of the light and the ball's axis: a normal at the angle beta from the axis
-    (towards the camera) mirrors light from the angle alpha = beta + theta_i, which grows with beta. The
-    relation is tabulated once
-    and read backwards.
+    (towards the camera) mirrors light from the angle alpha = beta + theta_i, which grows with beta. The normal is then
+    a combination of axis and light, N = a axis + b L, with coefficients that are smooth in cos(alpha / 2): they are
+    tabulated once, and no direction needs a trigonometric function of its own.
 
     Parameters
     ----------
@@ -133,14 +136,17 @@ def find_reflection(ball: BallFit, directions: FloatArray) -> tuple[FloatArray, 
         The ball in the camera's frame.
     directions
         (..., 3) unit vectors L towards the light, in the camera's frame.
+    table
+        `reflection_table` of the ball, where it is asked more than once.
 
     Returns
     -------
     points_m
-        (..., 3) points P on the ball.
+        (..., 3) float32 points P on the ball.
     cos_incidence
-        (...) cosine of the incidence angle; 0 where the camera cannot see the direction (the blind cone psi = xi behind
-        the ball, fig. 4: at the rim light grazes the ball, so the last direction seen is the outline's own ray).
+        (...) float32 cosine of the incidence angle; 0 where the camera cannot see the direction (the blind cone
+        psi = xi behind the ball, fig. 4: at the rim light grazes the ball, so the last direction seen is the outline's
+        own ray).
 
     Examples
     --------
@@ -151,23 +157,37 @@ def find_reflection(ball: BallFit, directions: FloatArray) -> tuple[FloatArray, 
     >>> bool(np.allclose(back.directions, light, atol=1e-6)), bool(np.isclose(back.cos_incidence, cosine, atol=1e-6))
     (True, True)
     """
-    directions = np.asarray(directions)
-    kind = directions.dtype.type
-    axis = (-ball.centre_m / ball.distance_m).astype(kind)
-    beta_table = np.linspace(0.0, np.pi / 2 - ball.cone_angle_rad, _TABLE_SAMPLES)
-    sine_xi = np.sin(ball.cone_angle_rad)
-    # The triangle camera - ball's centre - P: distance d and r with the angle beta between them.
-    incidence_table = beta_table + np.arctan2(sine_xi * np.sin(beta_table), 1 - sine_xi * np.cos(beta_table))
-    alpha_table = beta_table + incidence_table
+    directions = np.asarray(directions, np.float32)
+    axis = (-ball.centre_m / ball.distance_m).astype(np.float32)
+    half_angle_cosine = np.sqrt(np.maximum(0.5 + 0.5 * (directions @ axis), 0.0))
+    table = reflection_table(ball) if table is None else table
+    column = half_angle_cosine * np.float32(len(table) - 1)
+    of_axis, of_light, cosine = np.moveaxis(bilinear(table[None], column, np.zeros_like(column)), -1, 0)
+    points = np.empty(
+        (3, *directions.shape[:-1]), np.float32
+    )  # by component: numpy is slow along an axis of 3
+    for number, (along, centre) in enumerate(zip(axis, ball.centre_m.astype(np.float32), strict=True)):
+        np.multiply(of_light, directions[..., number], out=points[number, ...])
+        points[number] += of_axis * along + centre
+    return np.moveaxis(points, 0, -1), cosine
 
-    along = directions @ axis
-    across = directions - along[..., None] * axis
-    sine = np.linalg.norm(across, axis=-1)
-    alpha = np.arctan2(sine, along)
-    beta = np.interp(alpha, alpha_table, beta_table)
-    towards = across / np.maximum(sine, kind(1e-12))[..., None]
-    normals = np.cos(beta)[..., None] * axis + np.sin(beta)[..., None] * towards
-    seen = alpha < alpha_table[-1]
+
+def reflection_table(ball: BallFit) -> FloatArray:
+    """Coefficients of axis and light in r N, and the cosine of incidence, (N, 3), evenly in cos(alpha / 2) from 0 to 1.
+
+    Beyond the last direction seen the coefficients stay those of the rim and the cosine is 0.
+    """
+    sine_xi = np.sin(ball.cone_angle_rad)
+    beta = np.linspace(0.0, np.pi / 2 - ball.cone_angle_rad, _TABLE_SAMPLES)
+    # The triangle camera - ball's centre - P: distance d and r with the angle beta between them.
+    incidence = beta + np.arctan2(sine_xi * np.sin(beta), 1 - sine_xi * np.cos(beta))
+    alpha = 2.0 * np.arccos(np.linspace(0.0, 1.0, _TABLE_SAMPLES))
+    beta = np.interp(alpha, beta + incidence, beta)
+    seen = alpha < np.pi - ball.cone_angle_rad
+    last = int(seen.argmax())
+    of_light = np.sin(beta) / np.maximum(np.sin(alpha), 1e-9)
+    of_light[-1] = of_light[-2]  # straight back to the camera the quotient is 0 / 0, and its limit smooth
+    of_light[:last] = of_light[last]
+    of_axis = np.cos(beta) - of_light * np.cos(alpha)
     cosine = np.where(seen, np.cos(alpha - beta), 0.0)
-    points = ball.centre_m.astype(kind) + kind(ball.radius_m) * normals.astype(kind)
-    return points, np.maximum(cosine, 0.0).astype(kind)
+    return np.stack([ball.radius_m * of_axis, ball.radius_m * of_light, cosine], axis=-1, dtype=np.float32)

@@ -126,7 +126,8 @@ def project(camera: Camera, points: FloatArray) -> FloatArray:
         zero = np.zeros(3)
         image, _ = cv2.projectPoints(flat, zero, zero, intrinsic_matrix(camera), np.array(camera.distortion))
         return np.asarray(image.reshape((*points.shape[:-1], 2)))
-    plane = points[..., :2] / points[..., 2:]
-    return np.asarray(
-        plane * np.array(camera.focal_px, points.dtype) + np.array(camera.principal_px, points.dtype)
-    )
+    image = np.empty((*points.shape[:-1], 2), points.dtype)
+    for axis, (focal, principal) in enumerate(zip(camera.focal_px, camera.principal_px, strict=True)):
+        image[..., axis] = points[..., axis] / points[..., 2] * points.dtype.type(focal)
+        image[..., axis] += points.dtype.type(principal)
+    return image

@@ -1,23 +1,42 @@
 """One view's radiance image onto the panorama, every direction read where the ball mirrors it.
 
 The panorama is filled by going backwards: from the direction of a texel to the point on the ball that mirrors
-it (`find_reflection`) to the pixel that saw that point. Texels larger than pixels are sampled several times.
+it (`find_reflection`) to the place in the photograph that saw that point. Both ways the resampling is correct by area:
+a photograph finer than the panorama is first averaged down to its resolution, and where the ball's picture is finer
+along the rim than the texels there, several places along the rim are averaged.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
 
 from ..model import BallFit, BoolArray, Camera, FloatArray, RadianceImage
-from .ball import find_reflection
+from .ball import find_reflection, reflection_table
 from .camera import project
-from .frames import equirectangular_to_direction
+from .frames import panorama_solid_angles
+from .interpolate import bilinear
+from .sampling import Sampling, sampling
 
-_ROWS_AT_A_TIME = 128
-_MOST_SAMPLES = 4
+WIDTHS = (64, 16384)
+_WIDTH_STEP = 64
+_TEXELS_AT_A_TIME = 1 << 17
+_TAPS_FROM = ((120.0, 2), (140.0, 4), (160.0, 8))
+"""From this angle from the camera (degrees) a texel is averaged over so many places along the rim: the ball's picture is
+1 / cos(angle / 2) times as fine there as at its centre."""
+
+_EXACT_BELOW, _TEXELS_BETWEEN, _TURNING_RAD = 2048, 4, np.radians(140.0)
+"""On panoramas as wide as this, places are found at every fourth texel and, further than this angle from the camera, at each."""
+
+_COARSER = (1.25, 2.5)
+"""Texels coarser than a pixel by more than these are averaged from 4 or 16 samples of the photograph."""
+
 _RIM_COSINE = 0.02
 """Closer to the rim than this cosine of incidence a direction is not used: a pixel there spans degrees."""
 
@@ -28,7 +47,8 @@ class ViewPanorama:
 
     `responses` (H, W, 3) linear camera RGB of the ball's image, `variance` (H, W, 3) of it, `cos_incidence` (H, W) on the
     ball, `facing_rad` (H, W) angle between the direction and the direction to the camera, `seen` (H, W) inside the
-    view (not in its blind cone, not hidden), `valid` (H, W) seen and not clipped.
+    view (not in its blind cone, not hidden), `valid` (H, W) seen and not clipped. `sampling` tells how densely and how
+    exactly the view samples each direction.
     """
 
     responses: FloatArray
@@ -37,6 +57,41 @@ class ViewPanorama:
     facing_rad: FloatArray
     seen: BoolArray
     valid: BoolArray
+    sampling: Sampling | None = None
+
+    @property
+    def footprint_sr(self) -> FloatArray:
+        """Solid angle (H, W) float32 of the directions that one pixel of the photograph sees."""
+        return self._sampled().footprint_sr
+
+    @property
+    def direction_error_rad(self) -> FloatArray:
+        """Standard error (H, W) float32 of the direction, from the outline's uncertainty."""
+        return self._sampled().direction_error_rad
+
+    def _sampled(self) -> Sampling:
+        if self.sampling is None:
+            raise ValueError("This view's sampling was not computed.")
+        return self.sampling.resized(*self.seen.shape)
+
+
+def natural_width(samplings: Sequence[Sampling], step: int = _WIDTH_STEP) -> int:
+    """Width in pixels of a panorama as fine as the densest footprint of any view, a multiple of `step`.
+
+    A texel at the horizon, (2 pi / W)^2 steradians, is then no larger than the directions that one pixel sees.
+
+    Examples
+    --------
+    From far away a pixel sees 4 / R^2 steradians of a ball of R pixels, so that W = pi R:
+
+    >>> far = BallFit(np.array([0.0, 0.0, 100.0]), 0.1, np.arcsin(1e-3), 0.0)
+    >>> camera = Camera((500000.0, 500000.0), (512.0, 512.0), (1024, 1024))
+    >>> natural_width([sampling(camera, far, np.eye(3))])
+    1600
+    """
+    densest = min(float(one.footprint_sr.min()) for one in samplings)
+    width = step * int(np.ceil(2 * np.pi / np.sqrt(densest) / step))
+    return int(np.clip(width, *WIDTHS))
 
 
 def view_panorama(
@@ -60,67 +115,178 @@ def view_panorama(
     ViewPanorama
         Arrays of shape (width / 2, width, ...).
     """
-    height = width // 2
-    samples = _samples_per_texel(camera, ball, width)
-    variance = np.where(
-        np.isfinite(image.variance), image.variance, 0.0
-    )  # infinite where clipped, which `valid` tells
-    channels = np.concatenate([image.radiance, variance, image.valid[..., None]], axis=-1, dtype=np.float32)
-    result = np.zeros((height, width, 7), np.float32)
-    cosine = np.zeros((height, width), np.float32)
-    facing = np.zeros((height, width), np.float32)
-    inside = np.zeros((height, width), np.float32)
-    towards_camera = -ball.centre_m / ball.distance_m @ rotation.T
-    for start in range(0, height, _ROWS_AT_A_TIME):
-        rows = slice(start, min(start + _ROWS_AT_A_TIME, height))
-        directions = _sub_directions(rows, height, width, samples)
-        points, cos_incidence = find_reflection(ball, directions @ rotation.astype(np.float32))
-        pixels = project(camera, points).astype(np.float32) - np.float32(0.5)  # cv2 counts from pixel centres
-        values = _remap(channels, pixels)
-        in_frame = (np.abs(pixels + 0.5 - np.array(camera.size_px) / 2) < np.array(camera.size_px) / 2).all(
-            -1
+    density = sampling(camera, ball, rotation)
+    finer = natural_width([density], step=1) / width
+    doublings = sum(finer > limit for limit in _COARSER)
+    # A sample between pixels reaches as far as two of them: texels averaged from several are not blurred by that.
+    image, camera = _averaged(image, camera, finer / 2**doublings if doublings else 1.0)
+    view = _sampled(image, camera, ball, rotation, width * 2**doublings)
+    for _ in range(doublings):
+        view = _halved(view)
+    return replace(view, sampling=density)
+
+
+def _sampled(
+    image: RadianceImage, camera: Camera, ball: BallFit, rotation: FloatArray, width: int
+) -> ViewPanorama:
+    """A view's panorama from one sample a texel, or several along the rim where the ball's picture is finer there."""
+    radiance = np.empty((*image.valid.shape, 4), np.float32)  # and where it is valid, read in one go
+    radiance[..., :3], radiance[..., 3] = image.radiance, image.valid
+    variance = np.array(image.variance, np.float32)
+    variance[~image.valid] = 0.0  # infinite there, which `valid` tells
+    finder = _PlaceFinder(camera, ball, rotation, width)
+    shape = (width // 2, width)
+    values, noise = np.empty((*shape, 4), np.float32), np.empty((*shape, 3), np.float32)
+    cosine, facing = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    seen = np.empty(shape, bool)
+
+    def fill(rows: slice) -> None:
+        column, row, cosine[rows], facing[rows] = finder.places(rows)
+        seen[rows] = cosine[rows] > _RIM_COSINE
+        for place, side in zip((column, row), camera.size_px, strict=True):
+            seen[rows] &= (place > -0.5) & (place < side - 0.5)
+        bilinear(variance, column, row, out=noise[rows])
+        bilinear(radiance, column, row, out=values[rows])
+        _average_along_rim(values[rows], radiance, column, row, facing[rows], finder)
+
+    step = 4 * max(1, _TEXELS_AT_A_TIME // width // 4)
+    with ThreadPoolExecutor(os.process_cpu_count()) as pool:  # numpy and OpenCV let other threads run
+        list(
+            pool.map(fill, (slice(start, min(start + step, shape[0])) for start in range(0, shape[0], step)))
         )
-        shape = (width, rows.stop - rows.start)
-        result[rows] = np.dstack([_shrunk(values[..., :4], shape), _shrunk(values[..., 4:], shape)])
-        cosine[rows] = _shrunk(cos_incidence, shape)
-        inside[rows] = _shrunk((in_frame & (cos_incidence > _RIM_COSINE)).astype(np.float32), shape)
-        facing[rows] = _shrunk(
-            np.arccos(np.clip(directions @ towards_camera.astype(np.float32), -1.0, 1.0)), shape
-        )
-    seen = inside > 0.99
-    return ViewPanorama(
-        result[..., :3], result[..., 3:6], cosine, facing, seen, seen & (result[..., 6] > 0.99)
+    valid = seen & (values[..., 3] > 0.99)
+    return ViewPanorama(values[..., :3], noise, cosine, facing, seen, valid, sampling(camera, ball, rotation))
+
+
+def _halved(view: ViewPanorama) -> ViewPanorama:
+    """A panorama of half the width and height, averaged by area."""
+    size = (view.seen.shape[1] // 2, view.seen.shape[0] // 2)
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(cv2.resize(np.asarray(values, np.float32), size, interpolation=cv2.INTER_AREA))
+
+    texel_sr = panorama_solid_angles(size[1], size[0])
+    # Four samples are as many measurements as there are pixels in the texel, one at least.
+    measurements = np.clip(texel_sr / cv2.resize(view.footprint_sr, size), 1.0, 4.0)
+    return replace(
+        view,
+        responses=mean(view.responses),
+        variance=np.asarray(mean(view.variance) / measurements[..., None], np.float32),
+        cos_incidence=mean(view.cos_incidence),
+        facing_rad=mean(view.facing_rad),
+        seen=mean(view.seen.astype(np.float32)) > 0.99,
+        valid=mean(view.valid.astype(np.float32)) > 0.99,
     )
 
 
-def _samples_per_texel(camera: Camera, ball: BallFit, width: int) -> int:
-    """Samples along each side of a texel so that no pixel of the ball is stepped over.
+def _averaged(image: RadianceImage, camera: Camera, finer: float) -> tuple[RadianceImage, Camera]:
+    """The photograph averaged down by area where it is `finer` than the panorama, and its camera."""
+    if finer <= 1.0:
+        return image, camera
+    width, height = camera.size_px
+    size = (max(8, round(width / finer)), max(8, round(height / finer)))
+    scale = np.array(size) / camera.size_px
 
-    The ball's image maps its area evenly onto the sphere (R^2 / 4 pixels a steradian), exactly so from far away.
+    def shrunk(values: FloatArray) -> FloatArray:
+        return np.asarray(cv2.resize(np.asarray(values, np.float32), size, interpolation=cv2.INTER_AREA))
+
+    known = np.where(np.isfinite(image.variance), image.variance, 0.0)
+    smaller = RadianceImage(
+        shrunk(image.radiance),
+        shrunk(known) * np.float32(scale.prod()),  # of the mean of independent pixels
+        shrunk(image.valid.astype(np.float32)) > 0.99,
+    )
+    focal, principal = scale * camera.focal_px, scale * camera.principal_px
+    return smaller, replace(
+        camera,
+        focal_px=(float(focal[0]), float(focal[1])),
+        principal_px=(float(principal[0]), float(principal[1])),
+        size_px=size,
+    )
+
+
+@dataclass(frozen=True)
+class _PlaceFinder:
+    """Where in a photograph the directions of a panorama's texels are seen.
+
+    Away from the rim the places change so evenly that on large panoramas every fourth texel is enough and the others lie between;
+    near the rim, where they turn round the blind cone, each is found by itself.
     """
-    radius_px = max(camera.focal_px) * np.tan(ball.cone_angle_rad)
-    return int(np.clip(np.ceil(np.pi * radius_px / width), 1, _MOST_SAMPLES))
+
+    camera: Camera
+    ball: BallFit
+    rotation: FloatArray
+    width: int
+
+    @cached_property
+    def table(self) -> FloatArray:
+        """The ball's `reflection_table`."""
+        return reflection_table(self.ball)
+
+    @cached_property
+    def centre(self) -> FloatArray:
+        """Place (x, y) of the ball's centre, counted from the centre of the first pixel."""
+        return project(self.camera, self.ball.centre_m) - 0.5
+
+    def places(self, rows: slice) -> list[FloatArray]:
+        """Column and row in the photograph, cosine of incidence, angle from the camera: (h, W) float32 each."""
+        columns = np.arange(self.width) + 0.5
+        lines = np.arange(rows.start, rows.stop) + 0.5
+        if self.width < _EXACT_BELOW:
+            return self._exact(columns, lines[:, None])
+        step = _TEXELS_BETWEEN
+        coarse = [
+            (np.arange(-1, -(-len(line) // step) + 1) + 0.5) * step + line[0] - 0.5
+            for line in (columns, lines)
+        ]
+        nodes = cv2.merge(self._exact(coarse[0], coarse[1][:, None]))
+        size = (nodes.shape[1] * step, nodes.shape[0] * step)
+        between = cv2.resize(nodes, size, interpolation=cv2.INTER_LINEAR)
+        inside = between[step : step + len(lines), step : step + self.width]
+        found = [np.ascontiguousarray(inside[..., channel]) for channel in range(4)]
+        near_rim = np.flatnonzero(found[3] > _TURNING_RAD)
+        exact = self._exact(columns[near_rim % self.width], lines[near_rim // self.width])
+        for values, better in zip(found, exact, strict=True):
+            values.reshape(-1)[near_rim] = better
+        return found
+
+    def _exact(self, columns: FloatArray, rows: FloatArray) -> list[FloatArray]:
+        """The same at panorama coordinates that broadcast to (...)."""
+        longitude, latitude = (0.5 - columns / self.width) * 2 * np.pi, (0.5 - 2 * rows / self.width) * np.pi
+        cosine, sine = np.cos(latitude).astype(np.float32), np.sin(latitude).astype(np.float32)
+        east, north = np.cos(longitude).astype(np.float32), np.sin(longitude).astype(np.float32)
+        turn = self.rotation.astype(np.float32)
+        directions = np.stack(
+            [cosine * (turn[0, k] * east + turn[1, k] * north) + sine * turn[2, k] for k in range(3)]
+        )
+        directions = np.moveaxis(
+            directions, 0, -1
+        )  # by component in memory: numpy is slow along an axis of 3
+        points, incidence = find_reflection(self.ball, directions, self.table)
+        places = project(self.camera, points)
+        towards_camera = (-self.ball.centre_m / self.ball.distance_m).astype(np.float32)
+        facing = np.arccos(np.clip(directions @ towards_camera, -1.0, 1.0))
+        half = np.float32(0.5)
+        return [places[..., 0] - half, places[..., 1] - half, incidence, facing]
 
 
-def _sub_directions(rows: slice, height: int, width: int, samples: int) -> FloatArray:
-    """World directions of the sub-samples of some rows, (rows * samples, W * samples, 3) float32."""
-    column = (np.arange(width * samples) + 0.5) / samples
-    row = rows.start + (np.arange((rows.stop - rows.start) * samples) + 0.5) / samples
-    points = np.stack(np.meshgrid(column, row), axis=-1)
-    return equirectangular_to_direction(points, height, width).astype(np.float32)
-
-
-def _remap(channels: FloatArray, pixels: FloatArray) -> FloatArray:
-    """Bilinear samples of (H, W, 7) at pixel coordinates (h, w, 2); the edge is repeated outside."""
-    parts = [
-        cv2.remap(part, pixels, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        for part in (np.ascontiguousarray(channels[..., :4]), np.ascontiguousarray(channels[..., 4:]))
-    ]
-    return np.concatenate(parts, axis=-1)
-
-
-def _shrunk(values: FloatArray, size: tuple[int, int]) -> FloatArray:
-    """Area average down to `size` (width, height)."""
-    if values.shape[1] == size[0]:
-        return values
-    return np.asarray(cv2.resize(np.asarray(values, np.float32), size, interpolation=cv2.INTER_AREA))
+def _average_along_rim(
+    values: FloatArray,
+    image: FloatArray,
+    column: FloatArray,
+    row: FloatArray,
+    facing_rad: FloatArray,
+    finder: _PlaceFinder,
+) -> None:
+    """Replace texels (h, W, C) near the rim by the average of the image over a texel's width along it."""
+    flat = values.reshape(-1, values.shape[-1])
+    ends = [*(start for start, _ in _TAPS_FROM[1:]), 180.0]
+    for (start, taps), end in zip(_TAPS_FROM, ends, strict=True):
+        chosen = np.flatnonzero((facing_rad >= np.radians(start)) & (facing_rad < np.radians(end)))
+        x, y = column.reshape(-1)[chosen], row.reshape(-1)[chosen]
+        arc = np.float32(2 * np.pi / finder.width) / np.sin(facing_rad.reshape(-1)[chosen])
+        across, down = (x - np.float32(finder.centre[0])) * arc, (y - np.float32(finder.centre[1])) * arc
+        total = np.zeros((len(chosen), flat.shape[-1]), np.float32)
+        for share in ((np.arange(taps) + 0.5) / taps - 0.5).astype(np.float32):
+            total += bilinear(image, x - share * down, y + share * across)
+        flat[chosen] = total / np.float32(taps)

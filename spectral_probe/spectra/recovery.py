@@ -7,7 +7,9 @@ and the weights are responses @ A(theta)^-1.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,6 +28,11 @@ METHODS = ("family", "paper")
 
 _COSINES = 91
 """Incidence angles at which A(theta)^-1 is tabulated, evenly in the cosine; between them it is interpolated."""
+
+_FINE_COSINES = 8192
+"""Entries of the table that images are looked up in: half a step changes a metal's reflectance by less than 1e-4."""
+
+_PIXELS_AT_A_TIME = 1 << 16
 
 _NOMINAL_COSINE = 0.8
 """Incidence angle for which the basis is chosen; which one hardly matters (a metal's reflectance is smooth)."""
@@ -83,8 +90,34 @@ class SpectralRecovery:
             (..., 3) float32. Spectra are per nm in units of the responses. `non_negative` is the next step.
         """
         responses = np.asarray(responses, np.float32)
-        inverse = self._interpolated(self.inverses, cos_incidence)
-        return np.asarray(np.einsum("...c,...ck->...k", responses, inverse))
+        cosines = np.broadcast_to(np.asarray(cos_incidence, np.float32), responses.shape[:-1])
+        weights = np.empty((*cosines.shape, self.basis.shape[0]), np.float32)
+        flat = responses.reshape(-1, responses.shape[-1]), cosines.reshape(-1)
+        results = weights.reshape(-1, weights.shape[-1])
+
+        def invert(part: slice) -> None:
+            place = np.clip(flat[1][part], 0.0, 1.0) * np.float32(_FINE_COSINES - 1) + np.float32(0.5)
+            row = place.astype(np.intp)
+            for basis, columns in enumerate(np.swapaxes(self._fine_inverses, 0, 1)):
+                results[part, basis] = sum(
+                    column[row] * flat[0][part, channel] for channel, column in enumerate(columns)
+                )
+
+        parts = (
+            slice(start, start + _PIXELS_AT_A_TIME) for start in range(0, len(results), _PIXELS_AT_A_TIME)
+        )
+        with ThreadPoolExecutor(os.process_cpu_count()) as pool:  # numpy lets other threads run
+            list(pool.map(invert, parts))
+        return weights
+
+    @cached_property
+    def _fine_inverses(self) -> FloatArray:
+        """A(theta)^-1 by channel and basis function, (3, 3, N) float32, at so many cosines that the nearest will do."""
+        fine = np.linspace(0.0, 1.0, _FINE_COSINES)
+        coarse = np.linspace(0.0, 1.0, len(self.inverses))
+        entries = self.inverses.reshape(len(self.inverses), -1).T
+        table = np.stack([np.interp(fine, coarse, entry) for entry in entries])
+        return np.asarray(table.reshape(*self.inverses.shape[1:], _FINE_COSINES), np.float32)
 
     def _interpolated(self, table: FloatArray, cos_incidence: FloatArray) -> FloatArray:
         position = np.clip(np.asarray(cos_incidence, np.float32), 0.0, 1.0) * (len(table) - 1)
