@@ -293,7 +293,7 @@ class SpectralPanorama:
     confidence
         (H, W) float32 in 0..1.
     direction_error_rad
-        (H, W) float32, standard error of the direction that a texel stands for, from the outline's uncertainty; NaN where
+        (H, W) float32, standard error of the direction that a texel stands for, from the outline's uncertainty; pi where
         nothing was seen. None where it is not known.
     provenance
         What it was made from and how, as text for the file's header.

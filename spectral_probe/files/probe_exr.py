@@ -17,7 +17,10 @@ _LAYERS_HEADER = "spectralProbeLayers"
 
 
 def write_probe(path: Path, panorama: SpectralPanorama) -> None:
-    """Write a spectral panorama: channels eps.0 .. eps.K-1, valid, confidence, basis_index; bases in the header."""
+    """Write a spectral panorama: channels eps.0 .. eps.K-1, valid, confidence, basis_index; bases in the header.
+
+    Where it is known, the standard error of the directions goes into the channel direction_error, in radians.
+    """
     weights = np.asarray(panorama.weights, np.float32)
     channels = {f"eps.{k}": weights[..., k] for k in range(weights.shape[-1])}
     channels |= {
@@ -25,6 +28,8 @@ def write_probe(path: Path, panorama: SpectralPanorama) -> None:
         "confidence": np.asarray(panorama.confidence, np.float32),
         "basis_index": panorama.basis_index.astype(np.float32),
     }
+    if panorama.direction_error_rad is not None:
+        channels["direction_error"] = np.asarray(panorama.direction_error_rad, np.float32)
     header = {
         "version": 1,
         "wavelengths_nm": np.asarray(panorama.wavelengths_nm, float).tolist(),
@@ -58,7 +63,17 @@ def read_probe(path: Path) -> SpectralPanorama:
         ) from None
     if bases.ndim != 3 or bases.shape[-1] != len(wavelengths) or index.max(initial=0) >= len(bases):
         raise FileFormatError(f"{Path(path).name} is a damaged probe. Build it again from its capture.")
-    return SpectralPanorama(weights, bases, index, wavelengths, valid, confidence, provenance)
+    error = channels.get("direction_error")
+    return SpectralPanorama(
+        weights,
+        bases,
+        index,
+        wavelengths,
+        valid,
+        confidence,
+        provenance,
+        None if error is None else np.asarray(error, np.float32),
+    )
 
 
 def write_layers(path: Path, layers: LightLayers) -> None:

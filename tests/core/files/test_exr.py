@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import OpenEXR
 import pytest
@@ -32,6 +34,14 @@ def test_a_probe_comes_back_bit_for_bit(panorama, tmp_path):
     assert back.provenance == panorama.provenance
     channels = set(OpenEXR.File(str(tmp_path / "probe.exr"), separate_channels=True).channels())
     assert channels == {"eps.0", "eps.1", "eps.2", "eps.3", "valid", "confidence", "basis_index"}
+
+
+def test_the_error_of_directions_comes_back(panorama, tmp_path):
+    error = np.linspace(0, np.pi, 128, dtype=np.float32).reshape(8, 16)
+    write_probe(tmp_path / "probe.exr", replace(panorama, direction_error_rad=error))
+    assert np.array_equal(read_probe(tmp_path / "probe.exr").direction_error_rad, error)
+    write_probe(tmp_path / "probe.exr", panorama)
+    assert read_probe(tmp_path / "probe.exr").direction_error_rad is None
 
 
 def test_layers_come_back(tmp_path):
