@@ -152,7 +152,7 @@ def test_directions_of_a_ball_rendered_in_a_checkerboard(scene, tmp_path, distan
         f"d/r {distance:g}, {len(truth)} corners: median {np.median(error):.4f}, p99 {np.percentile(error, 99):.4f} degrees; "
         f"orthographic formula: median {np.median(usual):.2f}, p99 {np.percentile(usual, 99):.2f}"
     )
-    print(told)
+    record_property("figures", told)
     assert len(truth) > 200
     assert np.median(error) <= 0.03, told
     assert np.percentile(error, 99) <= 0.3, told
