@@ -11,9 +11,7 @@ _LONGEST_SIDE, _COLUMNS = 32766, 4096
 """OpenCV's remap takes no longer side; places of other shapes are laid out in rows of this many."""
 
 
-def bilinear(
-    image: FloatArray, column: FloatArray, row: FloatArray, out: FloatArray | None = None
-) -> FloatArray:
+def bilinear(image: FloatArray, column: FloatArray, row: FloatArray) -> FloatArray:
     """Values of an image between its pixels, the edge repeated outside.
 
     Parameters
@@ -22,8 +20,6 @@ def bilinear(
         (H, W) or (H, W, C) float32, C up to 4.
     column, row
         (...) float32 places, counted from the centre of the first pixel.
-    out
-        Where to put the result of two-dimensional places: contiguous float32.
 
     Returns
     -------
@@ -46,5 +42,5 @@ def bilinear(
             plane[:size] = values.reshape(-1)
         column, row = padded
     column, row = np.asarray(column, np.float32), np.asarray(row, np.float32)
-    read = cv2.remap(image, column, row, cv2.INTER_LINEAR, dst=out, borderMode=cv2.BORDER_REPLICATE)
+    read = cv2.remap(image, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(read.reshape(-1, *image.shape[2:])[:size].reshape(shape))

@@ -9,7 +9,7 @@ along the rim than the texels there, several places along the rim are averaged.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,9 +27,9 @@ from .sampling import Sampling, sampling
 WIDTHS = (64, 16384)
 _WIDTH_STEP = 64
 _TEXELS_AT_A_TIME = 1 << 17
-_TAPS_FROM = ((120.0, 2), (140.0, 4), (160.0, 8))
-"""From this angle from the camera (degrees) a texel is averaged over so many places along the rim: the ball's picture is
-1 / cos(angle / 2) times as fine there as at its centre."""
+_TAPS = (2, 4, 8)
+"""Texels that span more pixels than this along the rim are averaged over so many places there: samples between pixels that are
+two pixels apart leave nothing out. The ball's picture is 1 / cos(angle / 2) times as fine there as at its centre."""
 
 _EXACT_BELOW, _TEXELS_BETWEEN, _TURNING_RAD = 2048, 4, np.radians(140.0)
 """On panoramas as wide as this, places are found at every fourth texel and, further than this angle from the camera, at each."""
@@ -115,68 +115,103 @@ def view_panorama(
     ViewPanorama
         Arrays of shape (width / 2, width, ...).
     """
-    density = sampling(camera, ball, rotation)
-    finer = natural_width([density], step=1) / width
-    doublings = sum(finer > limit for limit in _COARSER)
-    # A sample between pixels reaches as far as two of them: texels averaged from several are not blurred by that.
-    image, camera = _averaged(image, camera, finer / 2**doublings if doublings else 1.0)
-    view = _sampled(image, camera, ball, rotation, width * 2**doublings)
-    for _ in range(doublings):
-        view = _halved(view)
-    return replace(view, sampling=density)
+    unwrapping = Unwrapping.of(image, camera, ball, rotation, width)
+    parts = in_parallel(unwrapping.rows, row_blocks(width))
+    whole = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("responses", "variance", "cos_incidence", "facing_rad", "seen", "valid")
+    }
+    return ViewPanorama(**whole, sampling=unwrapping.sampling)
 
 
-def _sampled(
-    image: RadianceImage, camera: Camera, ball: BallFit, rotation: FloatArray, width: int
-) -> ViewPanorama:
-    """A view's panorama from one sample a texel, or several along the rim where the ball's picture is finer there."""
-    radiance = np.empty((*image.valid.shape, 4), np.float32)  # and where it is valid, read in one go
-    radiance[..., :3], radiance[..., 3] = image.radiance, image.valid
-    variance = np.array(image.variance, np.float32)
-    variance[~image.valid] = 0.0  # infinite there, which `valid` tells
-    finder = _PlaceFinder(camera, ball, rotation, width)
-    shape = (width // 2, width)
-    values, noise = np.empty((*shape, 4), np.float32), np.empty((*shape, 3), np.float32)
-    cosine, facing = np.empty(shape, np.float32), np.empty(shape, np.float32)
-    seen = np.empty(shape, bool)
+def row_blocks(width: int) -> list[slice]:
+    """The rows of a panorama in parts that fit a processor's cache."""
+    step = max(4, _TEXELS_AT_A_TIME // width // 4 * 4)
+    return [slice(start, min(start + step, width // 2)) for start in range(0, width // 2, step)]
 
-    def fill(rows: slice) -> None:
-        column, row, cosine[rows], facing[rows] = finder.places(rows)
-        seen[rows] = cosine[rows] > _RIM_COSINE
-        for place, side in zip((column, row), camera.size_px, strict=True):
-            seen[rows] &= (place > -0.5) & (place < side - 0.5)
-        bilinear(variance, column, row, out=noise[rows])
-        bilinear(radiance, column, row, out=values[rows])
-        _average_along_rim(values[rows], radiance, column, row, facing[rows], finder)
 
-    step = 4 * max(1, _TEXELS_AT_A_TIME // width // 4)
-    with ThreadPoolExecutor(os.process_cpu_count()) as pool:  # numpy and OpenCV let other threads run
-        list(
-            pool.map(fill, (slice(start, min(start + step, shape[0])) for start in range(0, shape[0], step)))
+def in_parallel[Part, Result](work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
+    """Results of `work` for each part, on all processors: numpy and OpenCV let other threads run."""
+    with ThreadPoolExecutor(os.process_cpu_count()) as pool:
+        return list(pool.map(work, parts))
+
+
+@dataclass(frozen=True)
+class Unwrapping:
+    """A view ready to be unwrapped, some rows of the panorama at a time.
+
+    `radiance` (H, W, 4) is the photograph and where it is valid, `variance` (H, W, 3) that of its values, both averaged
+    down where the photograph is much finer than the panorama; `doublings` of the panorama's width are sampled and
+    averaged then.
+    """
+
+    radiance: FloatArray
+    variance: FloatArray
+    finder: _PlaceFinder
+    sampling: Sampling
+    doublings: int
+
+    @staticmethod
+    def of(
+        image: RadianceImage, camera: Camera, ball: BallFit, rotation: FloatArray, width: int
+    ) -> Unwrapping:
+        """Prepare a view for a panorama of a width."""
+        density = sampling(camera, ball, rotation)
+        finer = natural_width([density], step=1) / width
+        doublings = sum(finer > limit for limit in _COARSER)
+        # A sample between pixels reaches as far as two of them: texels averaged from several are not blurred by that.
+        coarser = max(finer / 2**doublings, 1.0) if doublings else 1.0
+        image, camera = _averaged(image, camera, coarser)
+        radiance = np.empty((*image.valid.shape, 4), np.float32)  # and where it is valid, read in one go
+        radiance[..., :3], radiance[..., 3] = image.radiance, image.valid
+        variance = np.asarray(image.variance, np.float32)
+        if not image.valid.all():  # it is infinite there, which `valid` tells
+            variance = np.where(image.valid[..., None], variance, np.float32(0.0))
+        finder = _PlaceFinder(camera, ball, rotation, width * 2**doublings, finer / coarser / 2**doublings)
+        return Unwrapping(radiance, variance, finder, density, doublings)
+
+    def rows(self, rows: slice) -> ViewPanorama:
+        """Some rows of the panorama, without `sampling`."""
+        scale = 2**self.doublings
+        view = self._sampled(slice(rows.start * scale, rows.stop * scale))
+        for doubling in range(self.doublings, 0, -1):
+            view = self._halved(view, rows, 2 ** (doubling - 1))
+        return view
+
+    def _sampled(self, rows: slice) -> ViewPanorama:
+        """Rows of the doubled panorama from one sample a texel, or several along the rim."""
+        column, row, cosine, facing = self.finder.places(rows)
+        seen = cosine > _RIM_COSINE
+        for place, side in zip((column, row), self.finder.camera.size_px, strict=True):
+            seen &= (place > -0.5) & (place < side - 0.5)
+        values = bilinear(self.radiance, column, row)
+        _average_along_rim(values, self.radiance, column, row, facing, self.finder)
+        valid = seen & (values[..., 3] > 0.99)
+        return ViewPanorama(
+            values[..., :3], bilinear(self.variance, column, row), cosine, facing, seen, valid
         )
-    valid = seen & (values[..., 3] > 0.99)
-    return ViewPanorama(values[..., :3], noise, cosine, facing, seen, valid, sampling(camera, ball, rotation))
 
+    def _halved(self, view: ViewPanorama, rows: slice, scale: int) -> ViewPanorama:
+        """Rows averaged by area to half the size, which is `scale` times that of the panorama's own `rows`."""
+        height, width = view.seen.shape[0] // 2, view.seen.shape[1] // 2
 
-def _halved(view: ViewPanorama) -> ViewPanorama:
-    """A panorama of half the width and height, averaged by area."""
-    size = (view.seen.shape[1] // 2, view.seen.shape[0] // 2)
+        def mean(values: FloatArray) -> FloatArray:
+            small = cv2.resize(np.asarray(values, np.float32), (width, height), interpolation=cv2.INTER_AREA)
+            return np.asarray(small)
 
-    def mean(values: FloatArray) -> FloatArray:
-        return np.asarray(cv2.resize(np.asarray(values, np.float32), size, interpolation=cv2.INTER_AREA))
-
-    texel_sr = panorama_solid_angles(size[1], size[0])
-    # Four samples are as many measurements as there are pixels in the texel, one at least.
-    measurements = np.clip(texel_sr / cv2.resize(view.footprint_sr, size), 1.0, 4.0)
-    return replace(
-        view,
-        responses=mean(view.responses),
-        variance=np.asarray(mean(view.variance) / measurements[..., None], np.float32),
-        cos_incidence=mean(view.cos_incidence),
-        facing_rad=mean(view.facing_rad),
-        seen=mean(view.seen.astype(np.float32)) > 0.99,
-        valid=mean(view.valid.astype(np.float32)) > 0.99,
-    )
+        # Four samples are as many measurements as there are pixels in the texel, one at least.
+        texel_sr = panorama_solid_angles(width // 2, width)[rows.start * scale : rows.stop * scale]
+        camera, ball = self.finder.camera, self.finder.ball
+        pixel_sr = 4.0 / (np.prod(camera.focal_px) * np.tan(ball.cone_angle_rad) ** 2)
+        measurements = np.clip(texel_sr / pixel_sr, 1.0, 4.0).astype(np.float32)
+        return ViewPanorama(
+            responses=mean(view.responses),
+            variance=mean(view.variance) / measurements[..., None],
+            cos_incidence=mean(view.cos_incidence),
+            facing_rad=mean(view.facing_rad),
+            seen=mean(view.seen.astype(np.float32)) > 0.99,
+            valid=mean(view.valid.astype(np.float32)) > 0.99,
+        )
 
 
 def _averaged(image: RadianceImage, camera: Camera, finer: float) -> tuple[RadianceImage, Camera]:
@@ -217,6 +252,8 @@ class _PlaceFinder:
     ball: BallFit
     rotation: FloatArray
     width: int
+    finer: float = 1.0
+    """How many pixels of the photograph a texel spans where the ball faces the camera."""
 
     @cached_property
     def table(self) -> FloatArray:
@@ -280,9 +317,9 @@ def _average_along_rim(
 ) -> None:
     """Replace texels (h, W, C) near the rim by the average of the image over a texel's width along it."""
     flat = values.reshape(-1, values.shape[-1])
-    ends = [*(start for start, _ in _TAPS_FROM[1:]), 180.0]
-    for (start, taps), end in zip(_TAPS_FROM, ends, strict=True):
-        chosen = np.flatnonzero((facing_rad >= np.radians(start)) & (facing_rad < np.radians(end)))
+    limits = [2 * np.arccos(min(finder.finer / taps, 1.0)) for taps in _TAPS]
+    for taps, start, end in zip(_TAPS, limits, [*limits[1:], np.pi], strict=True):
+        chosen = np.flatnonzero((facing_rad > start) & (facing_rad <= end))
         x, y = column.reshape(-1)[chosen], row.reshape(-1)[chosen]
         arc = np.float32(2 * np.pi / finder.width) / np.sin(facing_rad.reshape(-1)[chosen])
         across, down = (x - np.float32(finder.centre[0])) * arc, (y - np.float32(finder.centre[1])) * arc

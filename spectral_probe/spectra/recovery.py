@@ -7,9 +7,7 @@ and the weights are responses @ A(theta)^-1.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,8 +29,6 @@ _COSINES = 91
 
 _FINE_COSINES = 8192
 """Entries of the table that images are looked up in: half a step changes a metal's reflectance by less than 1e-4."""
-
-_PIXELS_AT_A_TIME = 1 << 16
 
 _NOMINAL_COSINE = 0.8
 """Incidence angle for which the basis is chosen; which one hardly matters (a metal's reflectance is smooth)."""
@@ -91,23 +87,15 @@ class SpectralRecovery:
         """
         responses = np.asarray(responses, np.float32)
         cosines = np.broadcast_to(np.asarray(cos_incidence, np.float32), responses.shape[:-1])
-        weights = np.empty((*cosines.shape, self.basis.shape[0]), np.float32)
-        flat = responses.reshape(-1, responses.shape[-1]), cosines.reshape(-1)
-        results = weights.reshape(-1, weights.shape[-1])
-
-        def invert(part: slice) -> None:
-            place = np.clip(flat[1][part], 0.0, 1.0) * np.float32(_FINE_COSINES - 1) + np.float32(0.5)
-            row = place.astype(np.intp)
-            for basis, columns in enumerate(np.swapaxes(self._fine_inverses, 0, 1)):
-                results[part, basis] = sum(
-                    column[row] * flat[0][part, channel] for channel, column in enumerate(columns)
-                )
-
-        parts = (
-            slice(start, start + _PIXELS_AT_A_TIME) for start in range(0, len(results), _PIXELS_AT_A_TIME)
-        )
-        with ThreadPoolExecutor(os.process_cpu_count()) as pool:  # numpy lets other threads run
-            list(pool.map(invert, parts))
+        channels = [np.array(responses[..., channel]) for channel in range(3)]
+        place = np.clip(cosines, 0.0, 1.0) * np.float32(_FINE_COSINES - 1) + np.float32(0.5)
+        row = place.astype(np.intp)
+        weights = np.empty(responses.shape, np.float32)
+        for basis in range(3):
+            total = np.zeros(cosines.shape, np.float32)
+            for table, channel in zip(self._fine_inverses[:, basis], channels, strict=True):
+                total += np.take(table, row, mode="clip") * channel
+            weights[..., basis] = total
         return weights
 
     @cached_property

@@ -24,11 +24,3 @@ def test_the_edge_is_repeated_and_a_single_channel_has_no_axis():
     image = np.array([[1.0, 2.0]], np.float32)
     found = bilinear(image, np.array([-5.0, 0.25, 9.0]), np.zeros(3))
     assert found.tolist() == [1.0, 1.25, 2.0]
-
-
-def test_the_result_can_have_a_place():
-    image = RNG.random((20, 30, 3)).astype(np.float32)
-    out = np.zeros((8, 6, 3), np.float32)
-    column, row = RNG.uniform(0, 29, (2, 8, 6)).astype(np.float32)
-    bilinear(image, column, row, out=out)
-    assert np.array_equal(out, bilinear(image, column, row))
