@@ -19,7 +19,9 @@ from ..model import FloatArray, IntArray
 
 type GreyImage = npt.NDArray[np.uint8]
 
-BOARD_KINDS = ("auto", "chessboard", "charuco")
+type BoardKind = Literal["auto", "chessboard", "charuco"]
+
+BOARD_KINDS: tuple[BoardKind, ...] = ("auto", "chessboard", "charuco")
 DICTIONARIES = (
     "DICT_4X4_50", "DICT_4X4_100", "DICT_4X4_250", "DICT_4X4_1000", "DICT_5X5_50", "DICT_5X5_100", "DICT_5X5_250",
     "DICT_5X5_1000", "DICT_6X6_50", "DICT_6X6_100", "DICT_6X6_250", "DICT_6X6_1000", "DICT_7X7_50", "DICT_7X7_100",
@@ -37,6 +39,10 @@ FEWEST_CORNERS = 12
 """Corners a photograph must show: half of them fix its pose, the others test the lens."""
 
 _FEWEST_MARKERS = 6
+_FEWEST_SQUARES = 3
+_LEAST_SADDLE = 1.5
+"""Half way between a corner of four alternating squares and the corner of a single one."""
+
 _FIRST = 50
 """Markers of a dictionary by which it is recognised: boards number theirs from 0."""
 
@@ -57,7 +63,7 @@ class Board:
     before 4.6.
     """
 
-    kind: Literal["auto", "chessboard", "charuco"] = "auto"
+    kind: BoardKind = "auto"
     columns: int | None = None
     rows: int | None = None
     square_m: float | None = None
@@ -94,6 +100,54 @@ class Markers:
 
     corners_px: FloatArray
     ids: IntArray
+
+
+def board_from(
+    kind: str,
+    columns: int | None,
+    rows: int | None,
+    square_mm: float | None,
+    marker_mm: float | None,
+    dictionary: str | None,
+) -> Board:
+    """The board as a person describes it, in millimetres; what is None is to be found out.
+
+    Examples
+    --------
+    >>> board_from("charuco", 7, 5, 30.0, 21.0, "5X5_100").marker_share
+    0.7
+
+    Raises
+    ------
+    CaptureError
+        If the description contradicts itself or is half given.
+    """
+    if (columns is None) != (rows is None):
+        raise CaptureError("Give both the columns and the rows of the board, or neither.")
+    if columns is not None and rows is not None and min(columns, rows) < _FEWEST_SQUARES:
+        raise CaptureError(
+            f"A board has at least {_FEWEST_SQUARES} squares each way, not {columns} x {rows}."
+        )
+    share = None
+    if marker_mm is not None:
+        if square_mm is None or marker_mm >= square_mm:
+            raise CaptureError(
+                "A marker's side needs the side of a square with it, which must be the larger."
+            )
+        share = marker_mm / square_mm
+    if kind == "chessboard" and (marker_mm is not None or dictionary is not None):
+        raise CaptureError(
+            "A chessboard has no markers. Leave them out, or say that the board is a ChArUco board."
+        )
+    known = next(name for name in BOARD_KINDS if name == kind)
+    return Board(
+        known,
+        columns,
+        rows,
+        None if square_mm is None else square_mm / 1000.0,
+        share,
+        None if dictionary is None else dictionary_name(dictionary),
+    )
 
 
 def find_boards(images: Sequence[GreyImage], board: Board) -> tuple[Board, list[BoardView | str]]:
@@ -197,8 +251,45 @@ def _corner_grid(image: GreyImage, size: tuple[int, int] | None) -> FloatArray |
     else:
         return None
     rows, columns = meta.shape if size is None else size[::-1]
-    grid: FloatArray = np.asarray(corners, float).reshape(rows, columns, 2)
+    grid = _saddles_only(small, np.asarray(corners, float).reshape(rows, columns, 2))
+    if min(grid.shape[:2]) < _FEWEST_SQUARES - 1 or (size is not None and _size(grid) != size):
+        return None
     return (grid + 0.5) / scale - 0.5
+
+
+def _saddles_only(image: GreyImage, grid: FloatArray) -> FloatArray:
+    """The grid without outer rows and columns that are no corners of four squares.
+
+    Where the size is not known, OpenCV lets the grid grow along the board's outer edge. There one square in four is black
+    and three are margin, while at an inner corner two and two face each other: of the range of brightness around it, a
+    corner's diagonals differ by twice as much.
+    """
+    blurred = cv2.GaussianBlur(image, (0, 0), max(0.08 * _spacing_px(grid), 0.5)).astype(np.float32)
+    while min(grid.shape[:2]) >= _FEWEST_SQUARES - 1:
+        saddles = _saddle_strength(blurred, grid)
+        borders = [saddles[0], saddles[-1], saddles[:, 0], saddles[:, -1]]
+        weakest = int(np.argmin([np.median(border) for border in borders]))
+        if np.median(borders[weakest]) > _LEAST_SADDLE:
+            break
+        grid = (grid[1:], grid[:-1], grid[:, 1:], grid[:, :-1])[weakest]
+    return grid
+
+
+def _saddle_strength(image: npt.NDArray[np.float32], grid: FloatArray) -> FloatArray:
+    """For each corner (rows, columns): 2 between alternating squares, 1 where one of four differs, 0 on an edge."""
+    padded = grid
+    for axis in (0, 1):  # the corners that the outermost squares would have
+        first, second = np.take(padded, [0], axis), np.take(padded, [1], axis)
+        last, before = np.take(padded, [-1], axis), np.take(padded, [-2], axis)
+        padded = np.concatenate([2 * first - second, padded, 2 * last - before], axis)
+    centres = (padded[:-1, :-1] + padded[:-1, 1:] + padded[1:, :-1] + padded[1:, 1:]) / 4
+    squares = cv2.remap(
+        image, centres.astype(np.float32), None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    around = np.stack([squares[:-1, :-1], squares[:-1, 1:], squares[1:, 1:], squares[1:, :-1]])
+    span = np.ptp(around, axis=0)
+    alternating = np.abs(around[0] - around[1] + around[2] - around[3])
+    return np.asarray(alternating / np.maximum(span, 0.3 * np.median(span) + 1e-6))
 
 
 def _grid_view(image: GreyImage, grid: FloatArray, square_m: float) -> BoardView:
