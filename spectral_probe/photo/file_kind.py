@@ -145,9 +145,10 @@ def misnamed(path: Path, found: Kind) -> str:
         return (
             f"{path.name} is camera raw, not TIFF as its name says. Rename it to {path.stem}.dng to use it."
         )
+    article = "an" if found == "OpenEXR" else "a"
     return (
-        f"{path.name} is a {found} picture, not what its name says. Rename it to {path.stem}{_EXTENSION[found]} to use it as "
-        "that, or give the file you meant."
+        f"{path.name} is {article} {found} picture, not what its name says. Rename it to {path.stem}{_EXTENSION[found]} to use "
+        "it as that, or give the file you meant."
     )
 
 

@@ -85,7 +85,8 @@ def read_photograph(path: Path, *, half_size: bool = False, grey: bool = False) 
         width, height, bits, _ = png_header(path)
         check_size(path, width, height)
         if bits == 16:
-            return _read_sixteen_bit(path, _exif_of_png(path), grey=grey)
+            exif = _exif_of_png(path)
+            return _read_sixteen_bit(path, exif, int(positive_tag(exif, EXIF_ORIENTATION) or 1), grey=grey)
     else:
         check_size(path, *jpeg_size(path))
     return _read_eight_bit(path, kind, grey=grey)
@@ -240,14 +241,14 @@ def _read_tiff(path: Path, *, grey: bool) -> Photograph:
         return _read_eight_bit(path, "TIFF", grey=grey)
     exif = exif_of_tiff(path)
     if first.floating and first.bits in (32, 64):
-        rgb = upright(_decoded(path, grey=grey), int(positive_tag(exif, EXIF_ORIENTATION) or 1))
-        return radiance_photograph(path, rgb, **lens_and_exposure(exif))
+        return radiance_photograph(path, _decoded(path, grey=grey), **lens_and_exposure(exif))
     if first.bits != 16 or first.floating:
         raise PhotographError(
             f"{path.name} holds {first.bits}-bit {'floating-point' if first.floating else 'integer'} values. Save it as 8 or "
             "16-bit integers or as OpenEXR."
         )
-    return _read_sixteen_bit(path, exif, grey=grey)
+    # OpenCV turns every TIFF upright by itself, and never a PNG that it reads unchanged.
+    return _read_sixteen_bit(path, exif, 1, grey=grey)
 
 
 def _check_tiff_colour(path: Path, directory: Directory, *, grey: bool) -> None:
@@ -261,15 +262,14 @@ def _check_tiff_colour(path: Path, directory: Directory, *, grey: bool) -> None:
         raise PhotographError(_grey(path))
 
 
-def _read_sixteen_bit(path: Path, exif: Mapping[int, Any], *, grey: bool) -> Photograph:
-    """16-bit PNG or TIFF: linear camera RGB."""
+def _read_sixteen_bit(path: Path, exif: Mapping[int, Any], orientation: int, *, grey: bool) -> Photograph:
+    """16-bit PNG or TIFF: linear camera RGB, to be turned as `orientation` asks."""
     stored = _decoded(path, grey=grey)
     if stored.dtype != np.uint16:
         raise PhotographError(broken(path))
     pixels = np.multiply(stored, np.float32(1.0 / 65535.0), dtype=np.float32)
     del stored
-    # OpenCV turns no 16-bit picture by itself when it is read unchanged.
-    pixels = upright(pixels, int(positive_tag(exif, EXIF_ORIENTATION) or 1))
+    pixels = upright(pixels, orientation)
     return Photograph(
         path=path, pixels=pixels, clipped=brightest(pixels) >= SIXTEEN_BIT_CLIP, **lens_and_exposure(exif)
     )

