@@ -27,19 +27,20 @@ _RGB_NAMES = (("R", "G", "B"), ("r", "g", "b"), ("red", "green", "blue"), ("Red"
 def radiance_photograph(
     path: Path, rgb: npt.NDArray[Any], unseen: BoolArray | None = None, **tags: Any
 ) -> Photograph:
-    """A photograph of radiance (H, W, 3); `unseen` (H, W) marks pixels that the file says nothing of."""
+    """A photograph of radiance (H, W, 3), which it may change; `unseen` (H, W) marks pixels that the file says nothing of."""
     with np.errstate(
         over="ignore"
     ):  # a double beyond the range of a float becomes infinite, and is marked below
-        pixels: FloatArray = np.array(rgb, np.float32, order="C")
+        pixels: FloatArray = np.array(rgb, np.float32, order="C", copy=None)
     lowest = np.minimum(np.minimum(pixels[..., 0], pixels[..., 1]), pixels[..., 2])
     finite: BoolArray = (
         np.isfinite(pixels[..., 0]) & np.isfinite(pixels[..., 1]) & np.isfinite(pixels[..., 2])
     )
     if not finite.any():
         raise PhotographError(f"{path.name} holds no numbers, only NaN or infinities. Write it again.")
-    green = pixels[..., 1][finite]
-    lit = green[green > 0.0]
+    step = max(1, min(pixels.shape[:2]) // 1000)
+    green = pixels[::step, ::step, 1]
+    lit = green[finite[::step, ::step] & (green > 0.0)]
     depth = DEEPEST_NEGATIVE * float(np.median(lit)) if len(lit) else 0.0
     negative = finite & (lowest < -depth)
     bad = ~finite | negative
@@ -82,7 +83,12 @@ def read_exr(path: Path, *, grey: bool = False) -> Photograph:
         raise PhotographError(f"{path.name} is a deep picture. Flatten it to R, G and B.")
     if len({plane.shape for plane in planes}) != 1:
         raise PhotographError(f"{path.name} has channels of different sizes. Save R, G and B at full size.")
-    return _in_display_window(path, header, np.stack(planes, axis=-1))
+    rgb = np.empty((*planes[0].shape, 3), np.float32)
+    with np.errstate(over="ignore"):
+        for index, plane in enumerate(planes):
+            rgb[..., index] = plane
+    del file, parts, channels, planes
+    return _in_display_window(path, header, rgb)
 
 
 def _part_with_colour(

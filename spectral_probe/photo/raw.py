@@ -193,10 +193,10 @@ def _developed_over_pedestal(raw: Any, rawpy: Any) -> FloatArray | None:
     scale = 65535.0 / (raw.white_level - black.min() + PEDESTAL)
     if not _levels_agree(raw, np.asarray(developed), black, scale):
         return None
-    pixels = np.asarray(developed, np.float32) + np.float32(0.5)  # LibRaw rounds down
-    pixels *= np.float32(1.0 / scale)
-    pixels -= np.float32(PEDESTAL)
-    pixels /= np.float32(raw.white_level - black.min())
+    # LibRaw rounds down: half a level belongs to what it gives.
+    gain = np.float32(1.0 / (scale * (raw.white_level - black.min())))
+    pixels: FloatArray = np.multiply(developed, gain, dtype=np.float32)
+    pixels += np.float32(0.5) * gain - np.float32(PEDESTAL / (raw.white_level - black.min()))
     return pixels
 
 
