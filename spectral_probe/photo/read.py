@@ -4,7 +4,8 @@ What each kind of file is taken to hold:
 
 - Camera raw (whatever LibRaw reads): linear camera RGB, demosaiced, black subtracted, no white balance, no
   gamma.
-- 16-bit TIFF and PNG: linear camera RGB as a raw converter writes it, 65535 = saturation.
+- 16-bit TIFF and PNG: linear camera RGB as a raw converter writes it, 65535 = saturation; with a colour profile (or PNG's
+  own words) whose curve is not linear: display-referred, brought to linear Rec.709 by that profile.
 - OpenEXR, Radiance HDR and floating-point TIFF: radiance, which never clips.
 - 8-bit JPEG, PNG and TIFF: display-referred; the sRGB curve is undone, which recovers scene-linear values
   only roughly (in-camera tone curves differ from sRGB by up to an exposure step in shadows and highlights).
@@ -30,6 +31,7 @@ from ..errors import PhotographError
 from ..model import BoolArray, FloatArray, Photograph
 from .exif import EXIF_IFD, EXIF_ORIENTATION, lens_and_exposure, positive_tag
 from .file_kind import Kind, broken, check_size, file_kind, jpeg_size, mapped, misnamed, png_header
+from .profile import ColourProfile, gamma_profile, read_profile
 from .radiance import radiance_photograph, read_exr
 from .tiff import Directory, check_tiff, exif_of_tiff
 
@@ -43,6 +45,7 @@ SIXTEEN_BIT_CLIP = 0.99
 hundredth."""
 
 _CMYK, _LAB = (5,), (8, 9, 10)  # TIFF's photometric interpretations
+_ICC_PROFILE = 34675
 
 
 def read_photograph(path: Path, *, half_size: bool = False, grey: bool = False) -> Photograph:
@@ -85,8 +88,9 @@ def read_photograph(path: Path, *, half_size: bool = False, grey: bool = False) 
         width, height, bits, _ = png_header(path)
         check_size(path, width, height)
         if bits == 16:
-            exif = _exif_of_png(path)
-            return _read_sixteen_bit(path, exif, int(positive_tag(exif, EXIF_ORIENTATION) or 1), grey=grey)
+            exif, profile = _tags_of_png(path)
+            orientation = int(positive_tag(exif, EXIF_ORIENTATION) or 1)
+            return _read_sixteen_bit(path, exif, profile, orientation, grey=grey)
     else:
         check_size(path, *jpeg_size(path))
     return _read_eight_bit(path, kind, grey=grey)
@@ -248,7 +252,9 @@ def _read_tiff(path: Path, *, grey: bool) -> Photograph:
             "16-bit integers or as OpenEXR."
         )
     # OpenCV turns every TIFF upright by itself, and never a PNG that it reads unchanged.
-    return _read_sixteen_bit(path, exif, 1, grey=grey)
+    stored = exif.get(_ICC_PROFILE)
+    profile = read_profile(stored) if isinstance(stored, bytes) else None
+    return _read_sixteen_bit(path, exif, profile, 1, grey=grey)
 
 
 def _check_tiff_colour(path: Path, directory: Directory, *, grey: bool) -> None:
@@ -262,16 +268,26 @@ def _check_tiff_colour(path: Path, directory: Directory, *, grey: bool) -> None:
         raise PhotographError(_grey(path))
 
 
-def _read_sixteen_bit(path: Path, exif: Mapping[int, Any], orientation: int, *, grey: bool) -> Photograph:
-    """16-bit PNG or TIFF: linear camera RGB, to be turned as `orientation` asks."""
+def _read_sixteen_bit(
+    path: Path, exif: Mapping[int, Any], profile: ColourProfile | None, orientation: int, *, grey: bool
+) -> Photograph:
+    """16-bit PNG or TIFF, to be turned as `orientation` asks: linear camera RGB unless its profile says otherwise."""
     stored = _decoded(path, grey=grey)
     if stored.dtype != np.uint16:
         raise PhotographError(broken(path))
-    pixels = np.multiply(stored, np.float32(1.0 / 65535.0), dtype=np.float32)
-    del stored
-    pixels = upright(pixels, orientation)
+    encoded = profile is not None and not profile.linear
+    if profile is not None and encoded:
+        pixels = profile.to_rec709(stored)
+        clipped = brightest(stored) >= SRGB_CLIP_CODE * 257
+    else:
+        pixels = np.multiply(stored, np.float32(1.0 / 65535.0), dtype=np.float32)
+        clipped = brightest(stored) >= SIXTEEN_BIT_CLIP * 65535.0
     return Photograph(
-        path=path, pixels=pixels, clipped=brightest(pixels) >= SIXTEEN_BIT_CLIP, **lens_and_exposure(exif)
+        path=path,
+        pixels=upright(pixels, orientation),
+        clipped=upright(clipped, orientation),
+        display_referred=encoded,
+        **lens_and_exposure(exif),
     )
 
 
@@ -318,15 +334,23 @@ def _opencv_silent() -> Iterator[None]:
         cv2.utils.logging.setLogLevel(before)
 
 
-def _exif_of_png(path: Path) -> Mapping[int, Any]:
+def _tags_of_png(path: Path) -> tuple[Mapping[int, Any], ColourProfile | None]:
+    """EXIF tags of a PNG, and its profile: an embedded one, sRGB, or a power."""
     from PIL import PngImagePlugin
 
     with warnings.catch_warnings(), path.open("rb") as file:
         warnings.simplefilter("ignore")
         try:
-            return _exif(PngImagePlugin.PngImageFile(file))
+            image = PngImagePlugin.PngImageFile(file)
+            exif, info = _exif(image), image.info
         except (OSError, SyntaxError, ValueError, struct.error):
-            return {}
+            return {}, None
+    if isinstance(info.get("icc_profile"), bytes):
+        return exif, read_profile(info["icc_profile"])
+    if "srgb" in info:
+        return exif, gamma_profile(None)
+    gamma = info.get("gamma")
+    return exif, gamma_profile(gamma) if isinstance(gamma, float) and 0.2 < gamma < 5.0 else None
 
 
 def brightest(pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:

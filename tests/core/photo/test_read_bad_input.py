@@ -191,6 +191,81 @@ def test_a_palette_is_read_as_its_colours(tmp_path):
     np.testing.assert_allclose(read_photograph(tmp_path / "a.png").pixels, expected, atol=1e-6)
 
 
+def matrix_profile(curve: bytes, primaries: str = "709") -> bytes:
+    """A version 2 ICC profile with one curve for all channels; Rec.709's primaries adapted to D50, or these swapped."""
+    columns = [
+        (0.4360747, 0.2225045, 0.0139322),
+        (0.3850649, 0.7168786, 0.0971045),
+        (0.1430804, 0.0606169, 0.7141733),
+    ]
+    if primaries == "swapped":
+        columns = columns[1:] + columns[:1]
+    xyz = [b"XYZ \0\0\0\0" + struct.pack(">3i", *(round(v * 65536) for v in column)) for column in columns]
+    data = dict(zip((b"rXYZ", b"gXYZ", b"bXYZ"), xyz, strict=True)) | dict.fromkeys(
+        (b"rTRC", b"gTRC", b"bTRC"), curve
+    )
+    table, body, start = b"", b"", 132 + 12 * len(data)
+    for name, value in data.items():
+        table += struct.pack(">4sII", name, start + len(body), len(value))
+        body += value + bytes(-len(value) % 4)
+    size = start + len(body)
+    return (
+        struct.pack(">I", size)
+        + bytes(12)
+        + b"RGB XYZ "
+        + bytes(104)
+        + struct.pack(">I", len(data))
+        + table
+        + body
+    )
+
+
+def curve_tag(*values: int) -> bytes:
+    return b"curv\0\0\0\0" + struct.pack(f">I{len(values)}H", len(values), *values)
+
+
+SRGB_TAG = b"para\0\0\0\0\0\3\0\0" + struct.pack(
+    ">5i", *(round(v * 65536) for v in (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045))
+)
+
+
+@pytest.mark.parametrize("suffix", [".tif", ".png"])
+@pytest.mark.parametrize(
+    ("tag", "decoded"),
+    [
+        (curve_tag(round(2.2 * 256)), lambda x: x ** (round(2.2 * 256) / 256)),
+        (curve_tag(*(round(65535 * (i / 1023) ** 1.8) for i in range(1024))), lambda x: x**1.8),
+        (SRGB_TAG, srgb_to_linear),
+        (curve_tag(), None),
+        (curve_tag(256), None),
+    ],
+)
+def test_sixteen_bits_are_what_their_profile_says(tmp_path, suffix, tag, decoded):
+    """Raw converters write linear values, photo editors encoded ones."""
+    path = tmp_path / f"a{suffix}"
+    if suffix == ".tif":
+        tifffile.imwrite(path, SIXTEEN, photometric="rgb", metadata=None, iccprofile=matrix_profile(tag))
+    else:
+        cv2.imwrite(str(path), SIXTEEN[..., ::-1])
+        chunk = png_chunk(b"iCCP", b"p\0\0" + zlib.compress(matrix_profile(tag)))
+        data = path.read_bytes()
+        path.write_bytes(data[:33] + chunk + data[33:])  # behind IHDR
+    photograph = read_photograph(path)
+    values = SIXTEEN / 65535.0
+    assert photograph.display_referred == (decoded is not None)
+    np.testing.assert_allclose(photograph.pixels, values if decoded is None else decoded(values), atol=2e-4)
+
+
+def test_a_profile_with_other_primaries_and_a_broken_one(tmp_path):
+    profile = matrix_profile(curve_tag(512), "swapped")  # red codes are green light
+    tifffile.imwrite(tmp_path / "a.tif", SIXTEEN, photometric="rgb", metadata=None, iccprofile=profile)
+    np.testing.assert_allclose(
+        read_photograph(tmp_path / "a.tif").pixels, (SIXTEEN[..., [2, 0, 1]] / 65535.0) ** 2, atol=2e-4
+    )
+    tifffile.imwrite(tmp_path / "b.tif", SIXTEEN, photometric="rgb", metadata=None, iccprofile=profile[:150])
+    np.testing.assert_allclose(read_photograph(tmp_path / "b.tif").pixels, SIXTEEN / 65535.0, atol=1e-6)
+
+
 # ---------------------------------------------------------------- radiance
 
 
