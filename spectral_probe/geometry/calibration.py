@@ -21,7 +21,9 @@ from ..errors import CaptureError
 from ..files.atomic import written_whole
 from ..model import FloatArray, Job, Photograph, Progress
 from ..photo.read import read_photograph
-from .boards import Board, BoardView, GreyImage, find_boards
+from .boards import Board, BoardView, GreyImage
+from .charuco import find_charuco_boards
+from .chessboard import find_chessboards
 
 FEWEST_PHOTOS = 4
 """Zhang's method needs three photographs; the fourth is what tells a bad one."""
@@ -227,6 +229,38 @@ def _warnings(fit: _Fit, views: dict[str, BoardView], size_px: tuple[int, int]) 
 
 
 # ---------------------------------------------------------------- photographs
+
+
+def find_boards(images: Sequence[GreyImage], board: Board) -> tuple[Board, list[BoardView | str]]:
+    """Find the board in every photograph.
+
+    Parameters
+    ----------
+    images
+        Grey pictures (H, W), 8 bits.
+    board
+        What is known of the board.
+
+    Returns
+    -------
+    tuple
+        The board with everything found out, and for each photograph its corners, or why there are none.
+
+    Raises
+    ------
+    CaptureError
+        If no photograph shows a board, or all show another than the one described.
+    """
+    if board.kind != "chessboard":
+        found = find_charuco_boards(images, board)
+        if found is not None:
+            return found
+        if board.kind == "charuco" or board.dictionary is not None:
+            raise CaptureError(
+                f"No ChArUco board was found in the {len(images)} photographs. Show it whole, sharp and evenly lit, or "
+                "name its marker dictionary."
+            )
+    return find_chessboards(images, board)
 
 
 def grey_image(photograph: Photograph) -> GreyImage:

@@ -108,7 +108,7 @@ def _curve(tag: bytes) -> FloatArray:
 
 
 def _power(x: FloatArray, g: float, a: float, b: float, c: float = 0.0) -> FloatArray:
-    return np.maximum(a * x + b, 0.0) ** g + c
+    return np.asarray(np.maximum(a * x + b, 0.0) ** g + c)
 
 
 _PARAMETERS: dict[int, tuple[int, Callable[..., FloatArray]]] = {

@@ -10,8 +10,8 @@ import pytest
 
 from spectral_probe.cli import main
 from spectral_probe.errors import CaptureError, PhotographError
-from spectral_probe.geometry.boards import Board, board_from, find_boards
-from spectral_probe.geometry.calibration import calibrate, calibration_record, fit_camera
+from spectral_probe.geometry.boards import Board, board_from
+from spectral_probe.geometry.calibration import calibrate, calibration_record, find_boards, fit_camera
 from spectral_probe.geometry.camera import camera_for, pixel_rays, project
 from spectral_probe.model import Camera, CameraSettings, finish
 from spectral_probe.photo.read import read_photograph
