@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -44,6 +45,7 @@ def find_charuco_boards(
     if max(len(markers.ids) for markers in seen) < _FEWEST_MARKERS:
         return None
     told = _with_layout(replace(board, kind="charuco", dictionary=dictionary), seen)
+    seen = [_of_board(markers, told) for markers in seen]
     detector = cv2.aruco.CharucoDetector(_opencv_board(told))
     found: list[BoardView | str] = []
     for image, (reduced_image, scale), markers in zip(images, smaller, seen, strict=True):
@@ -57,9 +59,8 @@ def find_charuco_boards(
             found.append(f"{count} corners of the board found, {FEWEST_CORNERS} are needed")
             continue
         start = (np.asarray(corners, float).reshape(-1, 2) + 0.5) / scale - 0.5
-        clear_px = _nearest_px(start) * (
-            1.0 - (told.marker_share or 0.0)
-        )  # a marker's edge must stay outside
+        # The edges of the markers must stay outside of what is looked at.
+        clear_px = _nearest_px(start) * (1.0 - (told.marker_share or 0.0))
         points = np.asarray(detector.getBoard().getChessboardCorners(), float)[ids.ravel()]
         found.append(BoardView(refined(image, start, clear_px) + 0.5, points * (told.square_m or 1.0)))
     return told, found
@@ -98,7 +99,9 @@ def _markers(image: GreyImage, dictionary: str, first: int | None = None) -> Mar
 def _with_layout(board: Board, seen: Sequence[Markers]) -> Board:
     """The board with columns, rows, pattern and the share of its markers, from where the markers lie."""
     fullest = max(seen, key=lambda markers: len(markers.ids))
-    count = 1 + max(int(markers.ids.max()) for markers in seen if len(markers.ids))
+    times = Counter(int(number) for markers in seen for number in markers.ids)
+    # A number seen once may be something else taken for a marker.
+    count = 1 + max([number for number, count in times.items() if count > 1] or times)
     given = None if board.columns is None or board.rows is None else (board.columns, board.rows)
     fits = [(*_fit(candidate, fullest), candidate) for candidate in _candidates(board, count)]
     residual, share, best = min(fits, key=lambda fit: fit[0], default=(np.inf, 0.0, board))
@@ -134,6 +137,9 @@ def _candidates(board: Board, count: int) -> list[Board]:
 
 def _fit(board: Board, markers: Markers) -> tuple[float, float]:
     """How badly markers lie for a board (RMS in sides of a square), and their side as a share of a square's."""
+    markers = _of_board(markers, board)
+    if len(markers.ids) < _FEWEST_MARKERS:
+        return np.inf, 0.0
     places = np.asarray(_opencv_board(board).getObjPoints(), float)[markers.ids, :, :2].mean(axis=1)
     homography, _ = cv2.findHomography(markers.corners_px.mean(axis=1), places)
     if homography is None:
@@ -141,6 +147,7 @@ def _fit(board: Board, markers: Markers) -> tuple[float, float]:
     centres = cv2.perspectiveTransform(markers.corners_px.mean(axis=1)[None], homography)[0]
     corners = cv2.perspectiveTransform(markers.corners_px.reshape(1, -1, 2), homography).reshape(-1, 4, 2)
     sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+    # Not the median: every other row of markers fits the other pattern.
     residual = float(np.sqrt(((centres - places) ** 2).sum(-1).mean()))
     return residual, float(np.clip(np.median(sides), 0.1, 0.95))
 
@@ -149,6 +156,12 @@ def _nearest_px(corners: FloatArray) -> float:
     """Smallest distance between two of the corners (N, 2)."""
     apart = np.linalg.norm(corners[:, None] - corners[None], axis=-1)
     return float(apart[~np.eye(len(corners), dtype=bool)].min())
+
+
+def _of_board(markers: Markers, board: Board) -> Markers:
+    """Those markers that the board has."""
+    own = markers.ids < len(_opencv_board(board).getIds())
+    return Markers(markers.corners_px[own], markers.ids[own])
 
 
 def _opencv_board(board: Board) -> Any:

@@ -146,6 +146,10 @@ def test_pixel_centres_are_at_halves(photos):
 def test_a_charuco_board_of_which_nothing_is_said(columns, rows, legacy):
     texture = charuco(columns, rows, legacy=legacy)
     images = [rendered(texture, pose, number) for number, pose in enumerate(poses(6, 15.0))]
+    # A marker that is not the board's lies about in one picture.
+    alien = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_100), 77, 28)
+    images[1][:40, :40] = 230
+    images[1][6:34, 6:34] = alien
     board, found = find_boards(images, Board())
     assert (board.kind, board.columns, board.rows, board.legacy) == ("charuco", columns, rows, legacy)
     assert board.marker_share == pytest.approx(0.7, abs=0.03)
