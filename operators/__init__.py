@@ -6,6 +6,7 @@ from . import command_line
 from .add_object import SPECTRAL_PROBE_OT_add_object
 from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
 from .build_probe import SPECTRAL_PROBE_OT_build_probe
+from .calibrate import SPECTRAL_PROBE_OT_calibrate
 from .compare import SPECTRAL_PROBE_OT_compare
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
@@ -20,6 +21,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_save_capture,
         SPECTRAL_PROBE_OT_add_view,
         SPECTRAL_PROBE_OT_remove_view,
+        SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
         SPECTRAL_PROBE_OT_build_probe,
         SPECTRAL_PROBE_OT_light_world,

@@ -95,6 +95,8 @@ class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
             column.prop(camera, "sensor_width_mm")
         if camera.focal_source == "CALIBRATION":
             column.prop(camera, "calibration", text="File")
+        job_button(self.layout, context, "spectral_probe.calibrate", "MOD_LATTICE")
+        if camera.focal_source == "CALIBRATION":
             return
         principal = column.row(heading="Principal Point")
         principal.prop(camera, "has_principal", text="")

@@ -51,6 +51,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
     if arguments.verb in _BLENDER_VERBS and blender_verbs is None:
         return _run_in_extension(words)
     verbs: dict[str, Verb] = {
+        "calibrate": _calibrate,
         "probe": _probe,
         "spectrum": _spectrum,
         "compare": _compare,
@@ -120,6 +121,14 @@ def _parser() -> argparse.ArgumentParser:
     demo = verb("demo", "Run the main job on the bundled sample.", "demo -o out")
     _folder(demo, default="out")
 
+    _calibrate_words(
+        verb(
+            "calibrate",
+            "Photographs of a chessboard or ChArUco board to the camera's lens, camera.json.",
+            "calibrate board/*.jpg -o camera.json",
+        )
+    )
+
     probe = verb(
         "probe", "Photographs of a mirrored ball to a spectral panorama.", "probe CAPTURE.toml -o out"
     )
@@ -181,6 +190,28 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _calibrate_words(calibrate: argparse.ArgumentParser) -> None:
+    calibrate.add_argument(
+        "photos", type=Path, nargs="+", metavar="PHOTOS", help="ten or more photographs of the board"
+    )
+    calibrate.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FILE", help="file to write, such as camera.json"
+    )
+    calibrate.add_argument(
+        "--board",
+        choices=("auto", "chessboard", "charuco"),
+        default="auto",
+        help="kind of board (default: seen)",
+    )
+    calibrate.add_argument("--columns", type=_count, help="squares along one side (default: seen)")
+    calibrate.add_argument("--rows", type=_count, help="squares along the other side (default: seen)")
+    calibrate.add_argument("--square-mm", type=_length, help="side of a square, for the record only")
+    calibrate.add_argument("--marker-mm", type=_length, help="side of a ChArUco marker (default: seen)")
+    calibrate.add_argument(
+        "--dictionary", metavar="NAME", help="ChArUco's markers, such as 5X5_100 (default: seen)"
+    )
+
+
 def _folder(
     parser: argparse.ArgumentParser,
     *,
@@ -228,6 +259,16 @@ def _positive(text: str) -> float:
     return value
 
 
+def _length(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f'"{text}" is no length in millimetres')
+    return value
+
+
 def _not_negative(text: str) -> float:
     try:
         value = float(text)
@@ -256,6 +297,21 @@ def _joined_bearings(words: Sequence[str]) -> list[str]:
 
 
 # ---------------------------------------------------------------- the verbs without Blender
+
+
+def _calibrate(arguments: argparse.Namespace) -> Job[Numbers]:
+    from . import commands
+    from .geometry.boards import board_from
+
+    board = board_from(
+        arguments.board,
+        arguments.columns,
+        arguments.rows,
+        arguments.square_mm,
+        arguments.marker_mm,
+        arguments.dictionary,
+    )
+    return commands.calibrate(arguments.photos, arguments.output, board)
 
 
 def _probe(arguments: argparse.Namespace) -> Job[Numbers]:

@@ -1,4 +1,4 @@
-"""What the verbs of the command line do that need no Blender: probe, spectrum, compare.
+"""What the verbs of the command line do that need no Blender: calibrate, probe, spectrum, compare.
 
 Each is a job: it yields progress, writes its files, and returns the numbers worth telling.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,9 @@ from .files.image_exr import read_channels
 from .files.probe_exr import read_probe
 from .files.spectral_exr import read_spectral
 from .files.spectrum_csv import read_spectrum_csv
+from .geometry.boards import Board
+from .geometry.calibration import calibrate as calibrate_camera
+from .geometry.calibration import write_calibration
 from .geometry.frames import bearing_to_direction, panorama_directions, panorama_solid_angles
 from .model import FloatArray, Job, Progress, SpectralPanorama, part
 from .probe import build_probe, write_outputs
@@ -41,6 +45,17 @@ def probe(capture_path: Path, directory: Path, width: int) -> Job[Numbers]:
     result = yield from part(building, 0.0, 0.7)
     yield from part(write_outputs(result, directory), 0.7, 1.0)
     return {**result.report, "written": str(directory)}
+
+
+def calibrate(photos: Sequence[Path], output: Path, board: Board) -> Job[Numbers]:
+    """Photographs of a board to camera.json: focal length, principal point and distortion, with their errors."""
+    if output.is_dir():
+        raise FileFormatError(f"{output} is a folder. Give the name of a file to write, such as camera.json.")
+    if any(output.resolve() == photo.resolve() for photo in photos):
+        raise FileFormatError(f"{output.name} is one of the photographs. Give another file to write.")
+    check_folder(output.parent)
+    calibration = yield from part(calibrate_camera(photos, board), 0.0, 0.99)
+    return {**write_calibration(output, calibration), "written": str(output)}
 
 
 def check_folder(directory: Path) -> None:

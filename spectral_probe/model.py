@@ -166,9 +166,10 @@ class Photograph:
 
     `pixels` (H, W, 3) float32, 1 = the sensor's (or the file's) saturation level, black at 0, no white balance;
     `clipped` (H, W) True where any channel is saturated. `exposure` is None where the file says nothing.
-    `focal_mm` and `focal_35mm` come from EXIF (None without). `display_referred` marks JPEG and other
-    pictures that passed through a tone curve, here undone as sRGB. `scene_referred_float` marks EXR and HDR, whose values are
-    radiance already and never clip. `camera_raw` marks what LibRaw developed.
+    `focal_mm`, `focal_35mm` and `sensor_width_mm` (the longer side) come from EXIF (None without).
+    `display_referred` marks JPEG and other pictures that passed through a tone curve, here undone as sRGB.
+    `scene_referred_float` marks EXR and HDR, whose values are radiance already and never clip. `camera_raw` marks what
+    LibRaw developed. `remarks` are sentences on pixels that were left out.
     """
 
     path: Path
@@ -180,6 +181,8 @@ class Photograph:
     display_referred: bool = False
     scene_referred_float: bool = False
     camera_raw: bool = False
+    sensor_width_mm: float | None = None
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

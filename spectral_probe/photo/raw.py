@@ -5,12 +5,27 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import PhotographError
 from ..model import BoolArray, Exposure, FloatArray, Photograph
-from .read import EXIF_FOCAL_35MM, EXIF_ISO, exif_of_tiff, neighbourhood, positive_tag
+from .exif import (
+    EXIF_FOCAL_35MM,
+    EXIF_ISO,
+    POSSIBLE_F_NUMBER,
+    POSSIBLE_FOCAL_MM,
+    POSSIBLE_ISO,
+    POSSIBLE_TIME_S,
+    LensAndExposure,
+    positive_tag,
+    possible,
+    sensor_width_mm,
+)
+from .file_kind import check_size, cut_short, mapped, misnamed, number
+from .read import brightest, neighbourhood
+from .tiff import check_tiff, exif_of_tiff
 
 PEDESTAL = 256
 """Raw levels kept below black. LibRaw cuts everything under its black level to 0, which would make the mean
@@ -24,13 +39,16 @@ CLIP_SHARE = 0.98
 hundredth."""
 
 
-def read_raw(path: Path) -> Photograph:
+def read_raw(path: Path, *, half_size: bool = False) -> Photograph:
     """Read a camera raw file of any kind that LibRaw knows.
 
     Parameters
     ----------
     path
         DNG, NEF, CR2, CR3, ARW, RAF, ...
+    half_size
+        One pixel for each 2 x 2 sensels: red, the mean of both greens, and blue as the sensor measured them, without
+        interpolation.
 
     Returns
     -------
@@ -41,39 +59,104 @@ def read_raw(path: Path) -> Photograph:
     """
     import rawpy
 
+    plain_tiff = _check_whole(path)
     try:
         with rawpy.imread(str(path)) as raw:
+            check_size(path, raw.sizes.width, raw.sizes.height)
             if raw.num_colors != 3:
                 raise PhotographError(
                     f"{path.name} has no red, green and blue. Use a camera with a colour sensor."
                 )
-            tags = exif_of_tiff(path)
-            clipped_sensels = _clipped_sensels(raw)
-            pixels = _develop(raw, path)
-            return Photograph(
-                path=path,
-                pixels=pixels,
-                clipped=_clipped_pixels(raw, clipped_sensels, pixels),
-                exposure=_exposure(raw, tags),
-                focal_mm=float(raw.other.focal_length) or None,
-                focal_35mm=positive_tag(tags, EXIF_FOCAL_35MM),
-                camera_raw=True,
-            )
+            pixels, clipped = _half_size(raw, path) if half_size else _full_size(raw, path)
+            return Photograph(path=path, pixels=pixels, clipped=clipped, camera_raw=True, **_tags(raw, path))
     except (rawpy.LibRawFileUnsupportedError, rawpy.LibRawIOError) as error:
+        if plain_tiff:
+            raise PhotographError(misnamed(path, "TIFF")) from error
         raise PhotographError(
-            f"{path.name} is no photograph this program knows. Use camera raw, TIFF, PNG, JPEG, EXR or HDR."
+            f"{path.name} is no photograph this program knows, or it is broken. Use camera raw, TIFF, PNG, JPEG, EXR or HDR."
         ) from error
-    except (rawpy.LibRawError, OSError) as error:
+    except (rawpy.LibRawError, OSError, MemoryError) as error:
         raise PhotographError(f"{path.name} is a broken raw file. Copy it from the camera again.") from error
 
 
+def _check_whole(path: Path) -> bool:
+    """Refuse a file that is cut short, before LibRaw writes its own line about it; whether it is a TIFF without raw data.
+
+    DNG, NEF, ARW, CR2, PEF and others are built as TIFF, CR3 of boxes that state their lengths.
+    """
+    data = mapped(path)
+    head = data[:12].tobytes()
+    if head[:4] in (b"II*\0", b"MM\0*"):
+        return not any(directory.raw for directory in check_tiff(path))
+    if head[4:8] == b"ftyp":
+        at = 0
+        while at + 8 <= len(data):
+            length = number(data, at, 4)
+            if length == 1 and at + 16 <= len(data):
+                length = number(data, at + 8, 8)
+            at = len(data) if length == 0 else at + max(length, 8)
+        if at > len(data):
+            raise PhotographError(cut_short(path))
+    if head.startswith(b"FUJIFILM") and len(data) > 108:
+        start, length = number(data, 100, 4), number(data, 104, 4)
+        if start + length > len(data):
+            raise PhotographError(cut_short(path))
+    return False
+
+
+def _tags(raw: Any, path: Path) -> LensAndExposure:
+    tags = exif_of_tiff(path)
+    return {
+        "exposure": _exposure(raw, tags),
+        "focal_mm": possible(float(raw.other.focal_length), POSSIBLE_FOCAL_MM),
+        "focal_35mm": possible(positive_tag(tags, EXIF_FOCAL_35MM), POSSIBLE_FOCAL_MM),
+        "sensor_width_mm": sensor_width_mm(tags),
+    }
+
+
 def _exposure(raw: Any, tags: Any) -> Exposure | None:
-    """Exposure as LibRaw read it; 0 means that the file does not say."""
+    """Exposure as LibRaw read it; 0 and what cannot be mean that the file does not say."""
     other = raw.other
-    if not other.shutter_speed > 0.0:
+    time_s = possible(float(other.shutter_speed), POSSIBLE_TIME_S)
+    if time_s is None:
         return None
-    iso = float(other.iso_speed) or positive_tag(tags, EXIF_ISO) or 100.0
-    return Exposure(float(other.shutter_speed), iso, float(other.aperture) or 1.0)
+    iso = possible(float(other.iso_speed) or positive_tag(tags, EXIF_ISO), POSSIBLE_ISO)
+    return Exposure(time_s, iso or 100.0, possible(float(other.aperture), POSSIBLE_F_NUMBER) or 1.0)
+
+
+def _full_size(raw: Any, path: Path) -> tuple[FloatArray, BoolArray]:
+    clipped_sensels = _clipped_sensels(raw)
+    pixels = _develop(raw, path)
+    return pixels, _clipped_pixels(raw, clipped_sensels, pixels)
+
+
+def _half_size(raw: Any, path: Path) -> tuple[FloatArray, BoolArray]:
+    """Pixels of 2 x 2 sensels of a Bayer mosaic; other sensors are developed and then averaged."""
+    clipped = _clipped_sensels(raw)
+    if clipped is None or raw.raw_pattern is None or raw.raw_pattern.shape != (2, 2):
+        pixels, clipped = _full_size(raw, path)
+        height, width = pixels.shape[0] // 2, pixels.shape[1] // 2
+        pixels, clipped = pixels[: 2 * height, : 2 * width], clipped[: 2 * height, : 2 * width]
+        averaged = cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA)
+        return np.asarray(averaged), clipped.reshape(height, 2, width, 2).any(axis=(1, 3))
+    sensels = raw.raw_image_visible
+    height, width = sensels.shape[0] // 2, sensels.shape[1] // 2
+    colours = raw.raw_colors_visible[:2, :2]
+    black = np.asarray(raw.black_level_per_channel, np.float32)
+    scale = np.float32(1.0 / (raw.white_level - black.min()))
+    pixels = np.zeros((height, width, 3), np.float32)
+    reached = np.zeros((height, width), bool)
+    counts = np.zeros(3)
+    for row, column in np.ndindex(2, 2):
+        colour = int(colours[row, column])
+        channel = 1 if colour == 3 else colour  # the second green has a number of its own
+        own = (slice(row, 2 * height, 2), slice(column, 2 * width, 2))
+        pixels[..., channel] += (sensels[own] - black[colour]) * scale
+        reached |= clipped[own]
+        counts[channel] += 1
+    pixels[..., counts == 2] *= np.float32(0.5)
+    flip = raw.sizes.flip
+    return np.ascontiguousarray(turned(pixels, flip)), np.ascontiguousarray(turned(reached, flip))
 
 
 def _develop(raw: Any, path: Path) -> FloatArray:
@@ -110,10 +193,10 @@ def _developed_over_pedestal(raw: Any, rawpy: Any) -> FloatArray | None:
     scale = 65535.0 / (raw.white_level - black.min() + PEDESTAL)
     if not _levels_agree(raw, np.asarray(developed), black, scale):
         return None
-    pixels = np.asarray(developed, np.float32) + np.float32(0.5)  # LibRaw rounds down
-    pixels *= np.float32(1.0 / scale)
-    pixels -= np.float32(PEDESTAL)
-    pixels /= np.float32(raw.white_level - black.min())
+    # LibRaw rounds down: half a level belongs to what it gives.
+    gain = np.float32(1.0 / (scale * (raw.white_level - black.min())))
+    pixels: FloatArray = np.multiply(developed, gain, dtype=np.float32)
+    pixels += np.float32(0.5) * gain - np.float32(PEDESTAL / (raw.white_level - black.min()))
     return pixels
 
 
@@ -136,9 +219,15 @@ def _levels_agree(raw: Any, developed: npt.NDArray[Any], black: FloatArray, scal
 
 
 def turned(image: npt.NDArray[Any], flip: int) -> npt.NDArray[Any]:
-    """Turn the sensor's image as LibRaw turns its result: flip 3 is 180 degrees, 5 left, 6 right."""
-    quarter_turns = {3: 2, 5: 1, 6: -1}.get(flip, 0)
-    return np.rot90(image, quarter_turns) if quarter_turns else image
+    """Turn the sensor's image as LibRaw turns its result: of `flip`, bit 1 mirrors rows, bit 0 columns, bit 2 swaps both.
+
+    Flip 3 is 180 degrees, 5 a quarter turn to the left, 6 to the right.
+    """
+    if flip & 2:
+        image = image[::-1]
+    if flip & 1:
+        image = image[:, ::-1]
+    return image.swapaxes(0, 1) if flip & 4 else image
 
 
 def _clipped_sensels(raw: Any) -> BoolArray | None:
@@ -181,4 +270,4 @@ def _clipped_pixels(raw: Any, sensels: BoolArray | None, pixels: FloatArray) -> 
         if upright.shape == pixels.shape[:2]:
             return np.ascontiguousarray(upright)
     # No mosaic, or LibRaw resized it (Fuji's diagonal sensors): judge the developed values.
-    return np.asarray(pixels.max(axis=-1) >= CLIP_SHARE)
+    return np.asarray(brightest(pixels) >= CLIP_SHARE)

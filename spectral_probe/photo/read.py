@@ -4,24 +4,36 @@ What each kind of file is taken to hold:
 
 - Camera raw (whatever LibRaw reads): linear camera RGB, demosaiced, black subtracted, no white balance, no
   gamma.
-- 16-bit TIFF and PNG: linear camera RGB as a raw converter writes it, 65535 = saturation.
+- 16-bit TIFF and PNG: linear camera RGB as a raw converter writes it, 65535 = saturation; with a colour profile (or PNG's
+  own words) whose curve is not linear: display-referred, brought to linear Rec.709 by that profile.
 - OpenEXR, Radiance HDR and floating-point TIFF: radiance, which never clips.
 - 8-bit JPEG, PNG and TIFF: display-referred; the sRGB curve is undone, which recovers scene-linear values
   only roughly (in-camera tone curves differ from sRGB by up to an exposure step in shadows and highlights).
+
+An alpha channel is left aside: photographs have none. CMYK is refused: inks are no measure of light.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+import struct
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import PhotographError
-from ..model import BoolArray, Exposure, FloatArray, Photograph
+from ..model import BoolArray, FloatArray, Photograph
+from .exif import EXIF_IFD, EXIF_ORIENTATION, lens_and_exposure, positive_tag
+from .file_kind import Kind, broken, check_size, file_kind, jpeg_size, mapped, misnamed, png_header
+from .profile import ColourProfile, gamma_profile, read_profile
+from .radiance import radiance_photograph, read_exr
+from .tiff import Directory, check_tiff, exif_of_tiff
 
 SRGB_CLIP_CODE = 250
 """8-bit codes from here on count as clipped. JPEG's block coding and chroma subsampling move a saturated
@@ -32,22 +44,22 @@ SIXTEEN_BIT_CLIP = 0.99
 """Share of 65535 from which a 16-bit file counts as clipped: demosaicing and resampling ring by about a
 hundredth."""
 
-EXIF_IFD = 0x8769
-EXIF_TIME, EXIF_F_NUMBER, EXIF_ISO, EXIF_FOCAL, EXIF_FOCAL_35MM, EXIF_ORIENTATION = (
-    0x829A, 0x829D, 0x8827, 0x920A, 0xA405, 0x0112,
-)  # fmt: skip
-
-ENCODED_SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".tif", ".tiff"})
-FLOAT_SUFFIXES = frozenset({".exr", ".hdr", ".pic"})
+_CMYK, _LAB = (5,), (8, 9, 10)  # TIFF's photometric interpretations
+_ICC_PROFILE = 34675
 
 
-def read_photograph(path: Path) -> Photograph:
+def read_photograph(path: Path, *, half_size: bool = False, grey: bool = False) -> Photograph:
     """Read one photograph as linear camera RGB, upright as its orientation tag says.
 
     Parameters
     ----------
     path
         Camera raw, TIFF, PNG, JPEG, OpenEXR or Radiance HDR.
+    half_size
+        Camera raw at half the size, each pixel from its own 2 x 2 sensels without interpolation; other kinds of files
+        are not changed.
+    grey
+        Take a picture without colour too, the same value in all three channels (for boards, not for light).
 
     Returns
     -------
@@ -58,21 +70,30 @@ def read_photograph(path: Path) -> Photograph:
     Raises
     ------
     PhotographError
-        The file is missing, broken, grey or of no known kind.
+        The file is missing, broken, cut short, grey, of no known kind or of another than its name says.
     """
     path = Path(path)
-    if not path.is_file():
-        raise PhotographError(f"There is no photograph {path}. Check the name in the capture file.")
-    suffix = path.suffix.lower()
-    if suffix == ".exr":
-        return _read_exr(path)
-    if suffix in FLOAT_SUFFIXES:
-        return _read_with_opencv(path, None)
-    if suffix in ENCODED_SUFFIXES:
-        return _read_encoded(path)
-    from .raw import read_raw
+    kind = file_kind(path)
+    if kind == "raw":
+        from .raw import read_raw
 
-    return read_raw(path)
+        return read_raw(path, half_size=half_size)
+    if kind == "OpenEXR":
+        return read_exr(path, grey=grey)
+    if kind == "Radiance HDR":
+        return _read_hdr(path)
+    if kind == "TIFF":
+        return _read_tiff(path, grey=grey)
+    if kind == "PNG":
+        width, height, bits, _ = png_header(path)
+        check_size(path, width, height)
+        if bits == 16:
+            exif, profile = _tags_of_png(path)
+            orientation = int(positive_tag(exif, EXIF_ORIENTATION) or 1)
+            return _read_sixteen_bit(path, exif, profile, orientation, grey=grey)
+    else:
+        check_size(path, *jpeg_size(path))
+    return _read_eight_bit(path, kind, grey=grey)
 
 
 def srgb_to_linear(encoded: FloatArray) -> FloatArray:
@@ -84,164 +105,6 @@ def srgb_to_linear(encoded: FloatArray) -> FloatArray:
     [0.0, 0.214, 1.0]
     """
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-
-
-def exposure_from_exif(exif: Mapping[int, Any]) -> Exposure | None:
-    """Exposure from EXIF tags; None without a positive time. A missing ISO is 100, a missing f-number 1.
-
-    Examples
-    --------
-    >>> exposure_from_exif({0x829A: 0.01, 0x8827: 200, 0x829D: 2.0})
-    Exposure(time_s=0.01, iso=200.0, f_number=2.0)
-    >>> exposure_from_exif({0x8827: 200}) is None
-    True
-    """
-    time_s = positive_tag(exif, EXIF_TIME)
-    if time_s is None:
-        return None
-    return Exposure(time_s, positive_tag(exif, EXIF_ISO) or 100.0, positive_tag(exif, EXIF_F_NUMBER) or 1.0)
-
-
-def positive_tag(exif: Mapping[int, Any], tag: int) -> float | None:
-    """The value of a tag as a positive number (the first one where it holds several), or None."""
-    value = exif.get(tag)
-    if isinstance(value, tuple):
-        value = value[0] if value else None
-    if value is None:
-        return None
-    try:
-        number = float(value)
-    except (
-        TypeError,
-        ValueError,
-        ZeroDivisionError,
-    ):  # EXIF rationals may be 0/0, and some writers store text
-        return None
-    return number if np.isfinite(number) and number > 0.0 else None
-
-
-def exif_of_tiff(path: Path) -> Mapping[int, Any]:
-    """EXIF tags of a TIFF-structured file (TIFF itself, DNG, NEF, ARW, CR2), empty where it has none."""
-    from PIL import Image
-
-    data = path.read_bytes()
-    if data[:4] not in (b"II*\0", b"MM\0*"):
-        return {}
-    exif = Image.Exif()
-    try:
-        exif.load(data)
-        return {**exif, **exif.get_ifd(EXIF_IFD)}
-    except (OSError, SyntaxError, ValueError, KeyError, TypeError, IndexError):
-        # Pillow gives up on directories it does not know. Exposure and lens are then as good as absent.
-        return {}
-
-
-def _read_encoded(path: Path) -> Photograph:
-    """JPEG, PNG and TIFF: 8 bits through Pillow; deeper through OpenCV, since Pillow cuts them to 8."""
-    from PIL import Image
-
-    header = path.read_bytes()[:32]
-    if header[:8] == b"\x89PNG\r\n\x1a\n":
-        deep = header[24:25] == b"\x10"  # the bit depth of the IHDR chunk
-    else:
-        deep = header[:4] in (b"II*\0", b"MM\0*") and _tiff_bits(path) != 8
-    try:
-        if deep:
-            return _read_with_opencv(path, _exif_of(path))
-        with Image.open(path) as image:
-            return _read_eight_bit(path, image)
-    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
-        raise PhotographError(_broken(path)) from error
-
-
-def _exif_of(path: Path) -> Mapping[int, Any]:
-    """EXIF tags of a TIFF or PNG, empty where it has none."""
-    from PIL import Image
-
-    if path.suffix.lower() != ".png":
-        return exif_of_tiff(path)
-    with Image.open(path) as image:
-        exif = image.getexif()
-        return {**exif, **exif.get_ifd(EXIF_IFD)}
-
-
-def _tiff_bits(path: Path) -> int:
-    bits = positive_tag(exif_of_tiff(path), 258)
-    return 8 if bits is None else int(bits)
-
-
-def _read_eight_bit(path: Path, image: Any) -> Photograph:
-    from PIL import ImageOps
-
-    exif_object = image.getexif()
-    exif = {**exif_object, **exif_object.get_ifd(EXIF_IFD)}
-    if image.mode not in ("RGB", "RGBA", "P", "CMYK", "YCbCr"):
-        raise PhotographError(_grey(path))
-    profile = image.info.get("icc_profile")
-    image.load()  # before the transposition, so that a broken file fails here and not half read
-    upright = ImageOps.exif_transpose(image).convert("RGB")
-    if profile:
-        upright = _to_srgb(upright, profile)
-    codes = np.asarray(upright)
-    table = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
-    return Photograph(
-        path=path,
-        pixels=table[codes],
-        clipped=codes.max(axis=-1) >= SRGB_CLIP_CODE,
-        exposure=exposure_from_exif(exif),
-        focal_mm=positive_tag(exif, EXIF_FOCAL),
-        focal_35mm=positive_tag(exif, EXIF_FOCAL_35MM),
-        display_referred=True,
-    )
-
-
-def _to_srgb(image: Any, profile: bytes) -> Any:
-    """An image with a colour profile (Display P3, Adobe RGB) in sRGB; unreadable profiles are ignored."""
-    from PIL import ImageCms
-
-    try:
-        source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
-        if "srgb" in ImageCms.getProfileDescription(source).lower():
-            return image
-        return ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode="RGB")
-    except (ImageCms.PyCMSError, OSError):
-        return image
-
-
-def _read_with_opencv(path: Path, exif: Mapping[int, Any] | None) -> Photograph:
-    """16-bit PNG and TIFF (linear camera RGB), and float TIFF and Radiance HDR (radiance)."""
-    import cv2
-
-    # From a buffer: imread fails on names outside the code page on Windows.
-    buffer = np.frombuffer(path.read_bytes(), np.uint8)
-    try:
-        stored = cv2.imdecode(buffer, cv2.IMREAD_UNCHANGED) if len(buffer) else None
-    except cv2.error as error:
-        raise PhotographError(_broken(path)) from error
-    if stored is None:
-        raise PhotographError(_broken(path))
-    if stored.ndim != 3 or stored.shape[-1] < 3:
-        raise PhotographError(_grey(path))
-    rgb = stored[..., 2::-1]
-    if stored.dtype in (np.float32, np.float64):
-        return _radiance(path, rgb)
-    if stored.dtype != np.uint16:
-        raise PhotographError(
-            f"{path.name} holds {stored.dtype} values. Save it as 8 or 16-bit integers or as OpenEXR."
-        )
-    pixels = np.ascontiguousarray(rgb, np.float32) / np.float32(65535.0)
-    tags = exif or {}
-    orientation = int(positive_tag(tags, EXIF_ORIENTATION) or 1)
-    # OpenCV turns no 16-bit picture by itself when it is read unchanged.
-    pixels = upright(pixels, orientation)
-    return Photograph(
-        path=path,
-        pixels=pixels,
-        clipped=pixels.max(axis=-1) >= SIXTEEN_BIT_CLIP,
-        exposure=exposure_from_exif(tags),
-        focal_mm=positive_tag(tags, EXIF_FOCAL),
-        focal_35mm=positive_tag(tags, EXIF_FOCAL_35MM),
-    )
 
 
 def upright(image: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:
@@ -267,40 +130,236 @@ def upright(image: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:
     return np.ascontiguousarray(turned[orientation](image))
 
 
-def _read_exr(path: Path) -> Photograph:
-    import OpenEXR
-
-    try:
-        channels = OpenEXR.File(str(path), separate_channels=True).channels()
-    except (RuntimeError, ValueError, OSError) as error:
-        raise PhotographError(_broken(path)) from error
-    if not {"R", "G", "B"} <= set(channels):
-        raise PhotographError(_grey(path))
-    planes = [np.asarray(channels[name].pixels, np.float32) for name in "RGB"]
-    if len({plane.shape for plane in planes}) != 1:
-        raise PhotographError(f"{path.name} has channels of different sizes. Save R, G and B at full size.")
-    return _radiance(path, np.stack(planes, axis=-1))
-
-
-def _radiance(path: Path, rgb: npt.NDArray[Any]) -> Photograph:
-    """Radiance never clips; only pixels that are not finite numbers count as clipped, and hold 0."""
-    finite = np.isfinite(rgb).all(axis=-1)
-    pixels = np.where(finite[..., None], rgb, 0.0).astype(np.float32)
-    return Photograph(path=path, pixels=pixels, clipped=~finite, scene_referred_float=True)
-
-
 def neighbourhood(mask: BoolArray, radius_px: int) -> BoolArray:
     """True within `radius_px` (square) of a True pixel: all pixels that an interpolation of it may use."""
-    import cv2
-
     if radius_px <= 0 or not mask.any():
         return mask
     kernel = np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8)
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel) > 0)
+    return np.asarray(cv2.dilate(mask.view(np.uint8), kernel)).view(bool)
 
 
-def _broken(path: Path) -> str:
-    return f"{path.name} cannot be read: it is broken or not what its name says. Export or copy it again."
+# ---------------------------------------------------------------- 8 bits, through Pillow
+
+
+def _read_eight_bit(path: Path, kind: Kind, *, grey: bool) -> Photograph:
+    """JPEG, PNG or TIFF of 8 bits."""
+    # Pillow warns of what it mends or of what is odd in tags. What matters is checked here, and becomes an error or nothing.
+    with warnings.catch_warnings(), path.open("rb") as file:
+        warnings.simplefilter("ignore")
+        try:
+            image = _pillow_image(kind, file)
+            _check_colour(path, image.mode, grey=grey)
+            image.load()
+            exif = _exif(image)
+            profile = image.info.get("icc_profile")
+            image = image.convert("RGB") if image.mode != "RGB" else image
+            if profile:
+                image = _to_srgb(image, profile)
+        except (
+            OSError,
+            SyntaxError,
+            ValueError,
+            EOFError,
+            struct.error,
+            MemoryError,
+            IndexError,
+            TypeError,
+        ) as error:
+            raise PhotographError(broken(path)) from error
+        codes = np.asarray(image)
+        image.close()
+    codes = upright(codes, int(positive_tag(exif, EXIF_ORIENTATION) or 1))
+    table = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
+    return Photograph(
+        path=path,
+        pixels=np.asarray(cv2.LUT(codes, table)),
+        clipped=brightest(codes) >= SRGB_CLIP_CODE,
+        display_referred=True,
+        **lens_and_exposure(exif),
+    )
+
+
+def _pillow_image(kind: Kind, file: Any) -> Any:
+    """An image of the kind that the file is known to be, its pixels not read yet.
+
+    `Image.open` would refuse 179 megapixels and warn of 90; sizes are checked before.
+    """
+    from PIL import JpegImagePlugin, PngImagePlugin, TiffImagePlugin
+
+    readers: dict[str, Any] = {
+        "JPEG": JpegImagePlugin.JpegImageFile,
+        "PNG": PngImagePlugin.PngImageFile,
+        "TIFF": TiffImagePlugin.TiffImageFile,
+    }
+    return readers[kind](file)
+
+
+def _check_colour(path: Path, mode: str, *, grey: bool) -> None:
+    """Refuse modes of Pillow that are no red, green and blue."""
+    if mode in ("RGB", "RGBA", "RGBX", "P", "PA", "YCbCr") or (grey and mode in ("1", "L", "LA")):
+        return
+    if mode == "1":
+        raise PhotographError(
+            f"{path.name} is black and white without tones (1 bit). Save the photograph in colour, with 8 or 16 bits."
+        )
+    if mode == "CMYK":
+        raise PhotographError(_cmyk(path))
+    if mode in ("LAB", "HSV"):
+        raise PhotographError(f"{path.name} is in {mode.title()}, not RGB. Save it as RGB.")
+    raise PhotographError(_grey(path))
+
+
+def _exif(image: Any) -> Mapping[int, Any]:
+    """EXIF tags of a Pillow image, empty where they cannot be read."""
+    try:
+        exif = image.getexif()
+        return {**exif, **exif.get_ifd(EXIF_IFD)}
+    except (OSError, SyntaxError, ValueError, KeyError, TypeError, IndexError, OverflowError, struct.error):
+        return {}  # exposure and lens are then as good as absent
+
+
+def _to_srgb(image: Any, profile: bytes) -> Any:
+    """An image with a colour profile (Display P3, Adobe RGB) in sRGB; unreadable profiles are ignored."""
+    from PIL import ImageCms
+
+    try:
+        source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
+        if "srgb" in ImageCms.getProfileDescription(source).lower():
+            return image
+        return ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode="RGB")
+    except (ImageCms.PyCMSError, OSError):
+        return image
+
+
+# ---------------------------------------------------------------- deeper, through OpenCV
+
+
+def _read_tiff(path: Path, *, grey: bool) -> Photograph:
+    """TIFF of any depth."""
+    found = check_tiff(path)
+    first = found[0]
+    if any(directory.raw for directory in found):
+        raise PhotographError(misnamed(path, "raw"))
+    _check_tiff_colour(path, first, grey=grey)
+    if first.bits == 8:
+        return _read_eight_bit(path, "TIFF", grey=grey)
+    exif = exif_of_tiff(path)
+    if first.floating and first.bits in (32, 64):
+        return radiance_photograph(path, _decoded(path, grey=grey), **lens_and_exposure(exif))
+    if first.bits != 16 or first.floating:
+        raise PhotographError(
+            f"{path.name} holds {first.bits}-bit {'floating-point' if first.floating else 'integer'} values. Save it as 8 or "
+            "16-bit integers or as OpenEXR."
+        )
+    # OpenCV turns every TIFF upright by itself, and never a PNG that it reads unchanged.
+    stored = exif.get(_ICC_PROFILE)
+    profile = read_profile(stored) if isinstance(stored, bytes) else None
+    return _read_sixteen_bit(path, exif, profile, 1, grey=grey)
+
+
+def _check_tiff_colour(path: Path, directory: Directory, *, grey: bool) -> None:
+    if directory.photometric in _CMYK:
+        raise PhotographError(_cmyk(path))
+    if directory.photometric in _LAB:
+        _check_colour(path, "LAB", grey=grey)
+    if directory.bits == 1:
+        _check_colour(path, "1", grey=grey)
+    if directory.photometric in (0, 1) and not grey:
+        raise PhotographError(_grey(path))
+
+
+def _read_sixteen_bit(
+    path: Path, exif: Mapping[int, Any], profile: ColourProfile | None, orientation: int, *, grey: bool
+) -> Photograph:
+    """16-bit PNG or TIFF, to be turned as `orientation` asks: linear camera RGB unless its profile says otherwise."""
+    stored = _decoded(path, grey=grey)
+    if stored.dtype != np.uint16:
+        raise PhotographError(broken(path))
+    encoded = profile is not None and not profile.linear
+    if profile is not None and encoded:
+        pixels = profile.to_rec709(stored)
+        clipped = brightest(stored) >= SRGB_CLIP_CODE * 257
+    else:
+        pixels = np.multiply(stored, np.float32(1.0 / 65535.0), dtype=np.float32)
+        clipped = brightest(stored) >= SIXTEEN_BIT_CLIP * 65535.0
+    return Photograph(
+        path=path,
+        pixels=upright(pixels, orientation),
+        clipped=upright(clipped, orientation),
+        display_referred=encoded,
+        **lens_and_exposure(exif),
+    )
+
+
+def _decoded(path: Path, *, grey: bool) -> npt.NDArray[Any]:
+    """What OpenCV reads, as R, G, B (H, W, 3)."""
+    with _opencv_silent():
+        try:
+            # From a buffer: imread fails on names outside the code page on Windows.
+            stored = cv2.imdecode(mapped(path), cv2.IMREAD_UNCHANGED)
+        except cv2.error as error:
+            raise PhotographError(broken(path)) from error
+    if stored is None:
+        raise PhotographError(broken(path))
+    if stored.ndim == 3 and stored.shape[-1] >= 3:
+        return np.asarray(stored[..., 2::-1])
+    if not grey:
+        raise PhotographError(_grey(path))
+    plane = stored if stored.ndim == 2 else stored[..., 0]
+    return np.repeat(plane[..., None], 3, axis=-1)
+
+
+def _read_hdr(path: Path) -> Photograph:
+    """Radiance HDR; the size is looked at first, since the decoder allocates what the file claims."""
+    head = mapped(path)[:65536].tobytes()
+    line = next(
+        (line for line in head.split(b"\n") if line.startswith((b"-Y ", b"+Y ", b"-X ", b"+X "))), b""
+    )
+    words = line.split()
+    if len(words) != 4 or not (words[1].isdigit() and words[3].isdigit()):
+        raise PhotographError(broken(path))
+    if words[0] != b"-Y" or words[2] != b"+X":
+        raise PhotographError(f"{path.name} is stored turned or mirrored. Save it upright, or as OpenEXR.")
+    check_size(path, int(words[3][:9]), int(words[1][:9]))
+    return radiance_photograph(path, _decoded(path, grey=False))
+
+
+@contextmanager
+def _opencv_silent() -> Iterator[None]:
+    """OpenCV's log off: what it has to say of a broken file is said by the error."""
+    before = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(before)
+
+
+def _tags_of_png(path: Path) -> tuple[Mapping[int, Any], ColourProfile | None]:
+    """EXIF tags of a PNG, and its profile: an embedded one, sRGB, or a power."""
+    from PIL import PngImagePlugin
+
+    with warnings.catch_warnings(), path.open("rb") as file:
+        warnings.simplefilter("ignore")
+        try:
+            image = PngImagePlugin.PngImageFile(file)
+            exif, info = _exif(image), image.info
+        except (OSError, SyntaxError, ValueError, struct.error):
+            return {}, None
+    if isinstance(info.get("icc_profile"), bytes):
+        return exif, read_profile(info["icc_profile"])
+    if "srgb" in info:
+        return exif, gamma_profile(None)
+    gamma = info.get("gamma")
+    return exif, gamma_profile(gamma) if isinstance(gamma, float) and 0.2 < gamma < 5.0 else None
+
+
+def brightest(pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The largest of the three channels, (H, W, 3) -> (H, W); three times as fast as the maximum along a short axis."""
+    return np.asarray(np.maximum(np.maximum(pixels[..., 0], pixels[..., 1]), pixels[..., 2]))
+
+
+def _cmyk(path: Path) -> str:
+    return f"{path.name} is in CMYK, amounts of ink, from which light cannot be told. Save the photograph as RGB."
 
 
 def _grey(path: Path) -> str:

@@ -61,6 +61,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
     ("name", "verbs"),
     [
         ("capture", ["import_capture", "save_capture", "add_view", "remove_view"]),
+        ("camera", ["calibrate"]),
         ("ball", ["detect_ball"]),
         ("probe", ["build_probe"]),
         ("world", ["light_world"]),

@@ -1,0 +1,317 @@
+"""What a photograph's file really is, and whether all of it is there, from its first bytes and its own table of contents.
+
+Looked at before a library decodes it: some decode half a picture and call it whole, some allocate what a damaged header
+claims, and most write lines of their own to the terminal.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import PhotographError
+
+type Kind = Literal["JPEG", "PNG", "TIFF", "OpenEXR", "Radiance HDR", "raw", "other"]
+type Bytes = npt.NDArray[np.uint8]
+
+LARGEST_PX = 256_000_000
+"""Pixels a photograph may have: 3 GB as linear RGB. No camera takes more in one exposure."""
+
+MOST_PX_PER_BYTE = 2000
+"""Pixels for each byte of the file: no codec packs a picture tighter (deflate reaches 1032 bytes for one)."""
+
+_SUFFIXES: dict[Kind, frozenset[str]] = {
+    "JPEG": frozenset({".jpg", ".jpeg", ".jpe", ".jfif"}),
+    "PNG": frozenset({".png"}),
+    "TIFF": frozenset({".tif", ".tiff"}),
+    "OpenEXR": frozenset({".exr"}),
+    "Radiance HDR": frozenset({".hdr", ".pic", ".rgbe"}),
+    "raw": frozenset(
+        [
+            ".3fr",
+            ".arw",
+            ".cr2",
+            ".cr3",
+            ".crw",
+            ".dcr",
+            ".dng",
+            ".erf",
+            ".fff",
+            ".gpr",
+            ".iiq",
+            ".kdc",
+            ".mef",
+            ".mos",
+            ".mrw",
+            ".nef",
+            ".nrw",
+            ".orf",
+            ".pef",
+            ".raf",
+            ".raw",
+            ".rw2",
+            ".rwl",
+            ".sr2",
+            ".srf",
+            ".srw",
+            ".x3f",
+        ]
+    ),
+}
+_SIGNATURES: tuple[tuple[bytes, Kind], ...] = (
+    (b"\xff\xd8\xff", "JPEG"),
+    (b"\x89PNG\r\n\x1a\n", "PNG"),
+    (b"II*\0", "TIFF"),
+    (b"MM\0*", "TIFF"),
+    (b"II+\0", "TIFF"),
+    (b"MM\0+", "TIFF"),
+    (b"\x76\x2f\x31\x01", "OpenEXR"),
+    (b"#?RADIANCE", "Radiance HDR"),
+    (b"#?RGBE", "Radiance HDR"),
+)
+_FOREIGN = {
+    (0, b"GIF8"): "GIF",
+    (0, b"BM"): "BMP",
+    (8, b"WEBP"): "WebP",
+    (0, b"%PDF"): "PDF",
+    (4, b"ftyphei"): "HEIC",
+    (4, b"ftypmif1"): "HEIC",
+    (4, b"ftypavif"): "AVIF",
+    (0, b"\0\0\0\x0cjP"): "JPEG 2000",
+    (0, b"\0\0\0\x0cJXL"): "JPEG XL",
+    (0, b"8BPS"): "Photoshop",
+}
+_EXTENSION: dict[Kind, str] = {
+    "JPEG": ".jpg",
+    "PNG": ".png",
+    "TIFF": ".tif",
+    "OpenEXR": ".exr",
+    "Radiance HDR": ".hdr",
+}
+
+
+def file_kind(path: Path) -> Kind:
+    """What a photograph is by its content, which its name must agree with; "raw" is whatever is left to LibRaw.
+
+    A wrong name is refused rather than seen through: raw, display-referred and radiance files are taken to mean different
+    things, and whoever named a JPEG .dng expects the sensor's own values.
+
+    Raises
+    ------
+    PhotographError
+        If the file is missing, a folder, unreadable, empty, of no known kind, or of another than its name says.
+    """
+    if path.is_dir():
+        raise PhotographError(f"{path} is a folder. Give the photographs in it.")
+    try:
+        with path.open("rb") as file:
+            head = file.read(64)
+    except FileNotFoundError:
+        raise PhotographError(f"There is no photograph {path}. Check the name in the capture file.") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "its name is not valid"
+        raise PhotographError(
+            f"{path.name} cannot be opened ({reason}). Check its permissions and its disk."
+        ) from error
+    if not head:
+        raise PhotographError(f"{path.name} cannot be read: it is empty (0 bytes). Copy or export it again.")
+    suffix = path.suffix.lower()
+    named = next((kind for kind, suffixes in _SUFFIXES.items() if suffix in suffixes), None)
+    found = next((kind for signature, kind in _SIGNATURES if head.startswith(signature)), None)
+    foreign = next((name for (at, mark), name in _FOREIGN.items() if head[at:].startswith(mark)), None)
+    if found is None and foreign is not None:
+        raise PhotographError(
+            f"{path.name} is a {foreign} picture, which is not read here. Export it as raw, TIFF, PNG, JPEG, EXR or HDR."
+        )
+    if found is None:
+        if named not in (None, "raw"):
+            raise PhotographError(broken(path))
+        return "raw"
+    if found == "TIFF" and named in (None, "raw"):
+        return "raw" if named else found  # DNG, NEF, ARW and others are built as TIFF
+    if named is not None and named != found:
+        raise PhotographError(misnamed(path, found))
+    return found
+
+
+def misnamed(path: Path, found: Kind) -> str:
+    """The sentence about a file whose name and content disagree."""
+    if found == "raw":
+        return (
+            f"{path.name} is camera raw, not TIFF as its name says. Rename it to {path.stem}.dng to use it."
+        )
+    article = "an" if found == "OpenEXR" else "a"
+    return (
+        f"{path.name} is {article} {found} picture, not what its name says. Rename it to {path.stem}{_EXTENSION[found]} to use "
+        "it as that, or give the file you meant."
+    )
+
+
+def broken(path: Path) -> str:
+    """The sentence about a damaged file."""
+    return f"{path.name} cannot be read: it is broken or not what its name says. Export or copy it again."
+
+
+def cut_short(path: Path) -> str:
+    """The sentence about a file that ends too early."""
+    return f"{path.name} cannot be read: it is cut short, the file ends before its picture does. Copy or export it again."
+
+
+def check_size(path: Path, width: int, height: int) -> None:
+    """Refuse a size that is none, larger than memory should be asked for, or more than the file can hold.
+
+    Raises
+    ------
+    PhotographError
+        If so.
+    """
+    if width < 1 or height < 1:
+        raise PhotographError(broken(path))
+    if width * height > LARGEST_PX:
+        raise PhotographError(
+            f"{path.name} says it is {width} x {height} pixels, more than the {LARGEST_PX // 1_000_000} megapixels that are "
+            "read. Give a smaller picture, or copy it again if it is not that large."
+        )
+    if width * height > MOST_PX_PER_BYTE * path.stat().st_size:
+        raise PhotographError(cut_short(path))
+
+
+def mapped(path: Path) -> Bytes:
+    """The file's bytes, read as they are looked at."""
+    return np.memmap(path, np.uint8, mode="r")
+
+
+def number(data: Bytes, at: int, size: int, order: Literal["little", "big"] = "big") -> int:
+    """An unsigned number of `size` bytes.
+
+    Raises
+    ------
+    EOFError
+        If the file ends before it.
+    """
+    if at < 0 or at + size > len(data):
+        raise EOFError
+    return int.from_bytes(data[at : at + size].tobytes(), order)
+
+
+# ---------------------------------------------------------------- JPEG and PNG
+
+
+def jpeg_size(path: Path) -> tuple[int, int]:
+    """Width and height that a JPEG's frame header states.
+
+    Raises
+    ------
+    PhotographError
+        If there is none.
+    """
+    data = mapped(path)
+    at = 2
+    try:
+        while True:
+            marker = number(data, at, 2)
+            if marker >> 8 != 0xFF:
+                raise PhotographError(broken(path))
+            if (
+                marker in (0xFFFF, 0xFF01) or 0xFFD0 <= marker <= 0xFFD8
+            ):  # fill byte, or a marker without content
+                at += 1 if marker == 0xFFFF else 2
+                continue
+            if 0xFFC0 <= marker <= 0xFFCF and marker not in (0xFFC4, 0xFFC8, 0xFFCC):
+                return number(data, at + 7, 2), number(data, at + 5, 2)
+            if marker in (0xFFD9, 0xFFDA):
+                raise PhotographError(broken(path))
+            at += 2 + number(data, at + 2, 2)
+    except EOFError:
+        raise PhotographError(cut_short(path)) from None
+
+
+def png_header(path: Path) -> tuple[int, int, int, int]:
+    """Width, height, bit depth and colour type of a PNG, every chunk of which is whole and has its checksum.
+
+    Raises
+    ------
+    PhotographError
+        If not.
+    """
+    data = mapped(path)
+    at, kind = 8, b""
+    try:
+        while kind != b"IEND":
+            length, kind = number(data, at, 4), data[at + 4 : at + 8].tobytes()
+            if number(data, at + 8 + length, 4) != zlib.crc32(data[at + 4 : at + 8 + length]):
+                raise PhotographError(broken(path))
+            at += 12 + length
+        return number(data, 16, 4), number(data, 20, 4), int(data[24]), int(data[25])
+    except EOFError:
+        raise PhotographError(cut_short(path)) from None
+
+
+# ---------------------------------------------------------------- OpenEXR
+
+
+def check_exr(path: Path) -> None:
+    """Refuse an OpenEXR file whose size is absurd or whose last block is not all there.
+
+    Raises
+    ------
+    PhotographError
+        If so.
+    """
+    data = mapped(path)
+    try:
+        flags = number(data, 4, 4, "little")
+        multi, tiled = bool(flags & 0x1000), bool(flags & 0x200)
+        at = 8
+        while True:
+            at = _check_exr_header(path, data, at)
+            if not multi or data[at] == 0:
+                at += multi
+                break
+        last = max(_exr_offsets(data, at))
+        if not multi and not flags & 0x800:  # deep blocks and those of several parts have other heads
+            head = 20 if tiled else 8
+            last += head + number(data, last + head - 4, 4, "little")
+        if last > len(data):
+            raise EOFError
+    except (EOFError, IndexError):
+        raise PhotographError(cut_short(path)) from None
+
+
+def _check_exr_header(path: Path, data: Bytes, at: int) -> int:
+    """Walk over the attributes of one part; returns where they end."""
+    while number(data, at, 1) != 0:
+        name, at = _exr_text(data, at)
+        _, at = _exr_text(data, at)
+        size = number(data, at, 4, "little")
+        if name == b"dataWindow":
+            left, top, right, bottom = np.frombuffer(
+                data[at + 4 : at + 20].tobytes().ljust(16, b"\0"), "<i4"
+            ).tolist()
+            check_size(path, right - left + 1, bottom - top + 1)
+        at += 4 + size
+    return at + 1
+
+
+def _exr_text(data: Bytes, at: int) -> tuple[bytes, int]:
+    text, zero, _ = data[at : at + 256].tobytes().partition(b"\0")
+    if not zero:
+        raise EOFError
+    return text, at + len(text) + 1
+
+
+def _exr_offsets(data: Bytes, at: int) -> Iterator[int]:
+    """The table of blocks: it ends where the first of them begins."""
+    first = len(data)
+    while at < first:
+        offset = number(data, at, 8, "little")
+        if offset <= at or offset > len(data):  # 0 is what an interrupted writer leaves
+            raise EOFError
+        first = min(first, offset)
+        at += 8
+        yield offset
