@@ -16,6 +16,14 @@ from bpy.props import (
     StringProperty,
 )
 
+from .result_properties import (
+    SPECTRAL_PROBE_PG_comparison,
+    SPECTRAL_PROBE_PG_probe,
+    SPECTRAL_PROBE_PG_progress,
+    SPECTRAL_PROBE_PG_render,
+    folder_path,
+)
+
 # Mirrors the lamp families of spectral_probe/spectra/library.py, which is too heavy to import when Blender
 # starts; a test compares the two.
 FAMILIES = (
@@ -52,17 +60,6 @@ def _file(name: str, description: str) -> object:
     """Return a file path that may be relative to the .blend."""
     return StringProperty(
         name=name, description=description, subtype="FILE_PATH", options={"PATH_SUPPORTS_BLEND_RELATIVE"}
-    )
-
-
-def _folder(name: str, description: str, default: str = "") -> object:
-    """Return a folder that may be relative to the .blend."""
-    return StringProperty(
-        name=name,
-        description=description,
-        default=default,
-        subtype="DIR_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
 
 
@@ -108,6 +105,11 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
         description="Correct the angles so that what this view and the others saw falls on each other",
         default=True,
     )
+    solve_exposures: BoolProperty(
+        name="Correct Exposures",
+        description="Where the exposures stated contradict the pixels, take what the pixels say",
+        default=True,
+    )
     outline_source: EnumProperty(
         name="Outline",
         description="Where the ball's outline in the photographs comes from",
@@ -122,6 +124,16 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
         size=3,
         min=0.0,
         precision=1,
+    )
+    has_ball_at: BoolProperty(
+        name="Choose Ball", description="Where more than one ball is in the picture: take the one at a point"
+    )
+    ball_at_px: FloatVectorProperty(
+        name="Ball At",
+        description="A point on the ball: x and y (down from the top left corner) in pixels of the first photograph",
+        size=2,
+        min=0.0,
+        precision=0,
     )
     has_outline: BoolProperty(name="Outline Found", description="The ball was found in this view")
     found_centre_px: FloatVectorProperty(
@@ -160,6 +172,10 @@ class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
     sensitivities: _file(
         "Sensitivities",
         "Spectral sensitivities in place of a camera's name: CSV (wavelength_nm,r,g,b) or AMPAS JSON",
+    )
+    half_size: BoolProperty(
+        name="Half Size",
+        description="Develop camera raw at half its size, without interpolation: faster. Lengths in pixels are then of that size",
     )
     focal_source: EnumProperty(
         name="Focal Length",
@@ -202,57 +218,6 @@ class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
         description="Lens distortion in OpenCV's order: k1, k2, p1, p2, k3, k4, k5, k6",
         size=8,
         precision=5,
-    )
-
-
-class SPECTRAL_PROBE_PG_probe(bpy.types.PropertyGroup):
-    """What building the probe gave."""
-
-    directory: _folder("Built In", "Folder with the files of the probe")
-    width_px: IntProperty(name="Width", description="Width of the panorama", subtype="PIXEL")
-    height_px: IntProperty(name="Height", description="Height of the panorama", subtype="PIXEL")
-    blind_fraction: FloatProperty(
-        name="Blind",
-        description="Share of all directions that no view saw",
-        subtype="FACTOR",
-        min=0.0,
-        max=1.0,
-    )
-    seconds: FloatProperty(name="Time", description="How long building took", unit="TIME_ABSOLUTE")
-
-
-class SPECTRAL_PROBE_PG_render(bpy.types.PropertyGroup):
-    """What the spectral render gave."""
-
-    directory: _folder("Rendered To", "Folder with the files of the render")
-    passes: IntProperty(name="Passes", description="Cycles passes rendered")
-    samples: IntProperty(name="Samples", description="Samples of a full pass")
-    predicted_de2000: FloatProperty(
-        name="Predicted ΔE",
-        description="Mean error the plan predicts against all 61 wavelengths",
-        precision=2,
-    )
-    seconds: FloatProperty(
-        name="Spectral", description="How long the spectral render took", unit="TIME_ABSOLUTE"
-    )
-    rgb_seconds: FloatProperty(name="RGB", description="How long the RGB render took", unit="TIME_ABSOLUTE")
-    has_rgb: BoolProperty(name="RGB Twin", description="The same scene was rendered in plain RGB too")
-
-
-class SPECTRAL_PROBE_PG_comparison(bpy.types.PropertyGroup):
-    """How far the RGB render is from the spectral one."""
-
-    directory: _folder("Compared In", "Folder with the comparison")
-    mean_de2000: FloatProperty(name="Mean ΔE", description="Mean colour difference CIEDE2000", precision=2)
-    p95_de2000: FloatProperty(name="95 %", description="95 % of the pixels differ by less", precision=2)
-    max_de2000: FloatProperty(
-        name="Largest ΔE", description="Largest colour difference CIEDE2000", precision=2
-    )
-    xy_shift: FloatVectorProperty(
-        name="xy Shift",
-        description="Shift of the mean chromaticity from the spectral to the RGB render",
-        size=2,
-        precision=4,
     )
 
 
@@ -306,17 +271,31 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         default=True,
     )
 
+    composition: EnumProperty(
+        name="Composition",
+        description="How several views become one panorama",
+        items=(
+            ("blend", "Blend", "Every direction from the views that sample it best, blended without seams"),
+            (
+                "cut",
+                "Cut",
+                "The paper's plain cut: each view to 60 degrees on both sides of the direction to its camera",
+            ),
+        ),
+    )
     probe_width: IntProperty(
         name="Width",
-        description="Width of the panorama; its height is half of it",
-        default=1024,
-        min=64,
+        description="Width of the panorama; its height is half of it. 0: as fine as the photographs",
+        default=0,
+        min=0,
         soft_max=4096,
         max=16384,
         step=64,
         subtype="PIXEL",
     )
-    probe_directory: _folder("Folder", "Where the files of the probe are written", "//spectral_probe/probe/")
+    probe_directory: folder_path(
+        "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
+    )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
 
     plan: EnumProperty(
@@ -345,7 +324,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         description="Render the same scene in plain RGB too, for the comparison",
         default=True,
     )
-    render_directory: _folder("Folder", "Where the render is written", "//spectral_probe/render/")
+    render_directory: folder_path("Folder", "Where the render is written", "//spectral_probe/render/")
     render: PointerProperty(type=SPECTRAL_PROBE_PG_render)
     comparison_blur_px: FloatProperty(
         name="Blur",
@@ -380,14 +359,6 @@ class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
     reflectance_path: _file(
         "Reflectance", "CSV with the columns wavelength_nm,reflectance, covering 400-700 nm"
     )
-
-
-class SPECTRAL_PROBE_PG_progress(bpy.types.PropertyGroup):
-    """The job that runs in the window now; not saved."""
-
-    operator: StringProperty(name="Job", description="Operator whose job runs; empty when none does")
-    fraction: FloatProperty(name="Progress", subtype="FACTOR", min=0.0, max=1.0)
-    message: StringProperty(name="Step", description="What the job is doing")
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from ..spectral_probe.probe import Probe
 
 
-def build_and_write(capture: Capture, width_px: int, directory: Path) -> Job[Probe]:
-    """Build the probe and write its files."""
+def build_and_write(capture: Capture, width_px: int | None, directory: Path) -> Job[Probe]:
+    """Build the probe, as fine as the photographs where no width is given, and write its files."""
     from ..spectral_probe.commands import check_folder
     from ..spectral_probe.probe import build_probe, write_outputs
 
@@ -45,7 +45,7 @@ class SPECTRAL_PROBE_OT_build_probe(JobOperator, bpy.types.Operator):
         """Read the settings and start."""
         settings = context.scene.spectral_probe
         directory = folder_of(settings.probe_directory, "probe")
-        return build_and_write(capture_from(settings), settings.probe_width, directory)
+        return build_and_write(capture_from(settings), settings.probe_width or None, directory)
 
     def done(self, context: bpy.types.Context, result: Probe) -> None:
         """Keep the report's numbers in the scene."""

@@ -50,6 +50,7 @@ def capture_from(settings: bpy.types.PropertyGroup) -> Capture:
         ball=BallSettings(_decimal(settings.ball_radius * scale), material_from(settings.ball_material)),
         families=("automatic",) if settings.families_automatic else _families_in_order(settings),
         method=settings.method,
+        composition=settings.composition,
     )
 
 
@@ -62,6 +63,7 @@ def fill(settings: bpy.types.PropertyGroup, capture: Capture, path: Path) -> Non
     settings.families_automatic = "automatic" in capture.families
     settings.families = set(capture.families) - {"automatic"}
     settings.method = capture.method
+    settings.composition = capture.composition
     settings.views.clear()
     settings.active_view = 0
     for result in ("probe", "render", "comparison"):
@@ -118,6 +120,8 @@ def _view_from(view: bpy.types.PropertyGroup, number: int) -> ViewSettings:
         iso=_all_or_none([photo.iso for photo in view.photos], "ISO speed", number),
         f_number=_all_or_none([photo.f_number for photo in view.photos], "f-number", number),
         outline=_given_outline(view, number),
+        ball_at=_pair(view.ball_at_px) if view.has_ball_at else None,
+        solve_exposures=view.solve_exposures,
     )
 
 
@@ -157,6 +161,7 @@ def _camera_from(camera: bpy.types.PropertyGroup) -> CameraSettings:
         distortion=tuple(
             _decimal(value) for value in camera.distortion[: 8 if any(camera.distortion[5:]) else 5]
         ),
+        half_size=camera.half_size,
     )
 
 
@@ -165,6 +170,7 @@ def _fill_camera(camera: bpy.types.PropertyGroup, given: CameraSettings) -> None
     camera.sensitivities = str(given.sensitivities or "")
     camera.calibration = str(given.calibration or "")
     camera.focal_px = given.focal_px or (0.0, 0.0)
+    camera.half_size = given.half_size
     camera.sensor_width_mm = given.sensor_width_mm or 0.0
     if given.focal_mm:
         camera.focal_mm = given.focal_mm
@@ -188,6 +194,9 @@ def _fill_view(view: bpy.types.PropertyGroup, given: ViewSettings) -> None:
     view.elevation = math.radians(given.elevation_deg)
     view.roll = math.radians(given.roll_deg)
     view.refine = given.refine
+    view.solve_exposures = given.solve_exposures
+    view.has_ball_at = given.ball_at is not None
+    view.ball_at_px = given.ball_at or (0.0, 0.0)
     if given.outline is not None:
         view.outline_source = "GIVEN"
         view.outline_px = given.outline

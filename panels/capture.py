@@ -61,6 +61,7 @@ class SPECTRAL_PROBE_PT_photographs(InSidebar, bpy.types.Panel):
         view = settings.views[settings.active_view]
         rows = max(2, min(4, len(view.photos)))
         layout.template_list("SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows)
+        settings_layout(layout).prop(view, "solve_exposures")
         if view.active_photo < len(view.photos):
             photo = view.photos[view.active_photo]
             column = settings_layout(layout)
@@ -85,6 +86,7 @@ class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
         model.active = not camera.sensitivities
         model.prop(camera, "model", placeholder="Rec.709")
         column.prop(camera, "sensitivities")
+        column.prop(camera, "half_size")
         column.separator()
         column.prop(camera, "focal_source")
         if camera.focal_source == "PX":
@@ -143,6 +145,12 @@ class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
         column.row().prop(view, "outline_source", expand=True)
         if view.outline_source == "GIVEN":
             column.prop(view, "outline_px")
+        else:
+            chosen = column.row(heading="Choose Ball")
+            chosen.prop(view, "has_ball_at", text="")
+            point = chosen.row(align=True)
+            point.active = view.has_ball_at
+            point.prop(view, "ball_at_px", text="")
         detect = layout.row(align=True)
         job_button(detect, context, "spectral_probe.detect_ball", "VIEWZOOM")
         detect.prop(settings, "all_views", toggle=True)

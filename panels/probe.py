@@ -17,6 +17,7 @@ class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
         layout, settings = self.layout, context.scene.spectral_probe
         column = settings_layout(layout)
         column.prop(settings, "method")
+        column.prop(settings, "composition")
         column.prop(settings, "probe_width")
         column.prop(settings, "probe_directory")
         job_button(layout, context, "spectral_probe.build_probe", "LIGHTPROBE_SPHERE")
