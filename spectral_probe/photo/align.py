@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PhotographError
-from ..model import BoolArray, FloatArray, Outline, Photograph
+from ..model import BoolArray, FloatArray, Photograph
 from .read import neighbourhood
 
 STILL_PX = 0.1
@@ -25,18 +25,15 @@ IMPROVEMENT = 0.97
 leaves."""
 
 
-def align(photographs: Sequence[Photograph], outlines: Sequence[Outline]) -> list[Photograph]:
+def align(photographs: Sequence[Photograph], shifts_px: Sequence[FloatArray]) -> list[Photograph]:
     """Bring every photograph of a bracket onto the frame of the first one.
-
-    The outlines give the shift to about a pixel; each photograph is then registered to its neighbour in
-    exposure, with which it shares the most unclipped pixels, by the picture inside the ball.
 
     Parameters
     ----------
     photographs
         A bracket; crops of it may differ in size and place.
-    outlines
-        The ball's outline in each photograph's own frame.
+    shifts_px
+        Where each photograph's ball lies from the first's, (x, y) in pixels, as `register` finds it.
 
     Returns
     -------
@@ -45,21 +42,26 @@ def align(photographs: Sequence[Photograph], outlines: Sequence[Outline]) -> lis
         they are, the very same arrays; others are moved, by whole pixels without interpolation where that
         is enough. Pixels from outside a photograph are 0 and `clipped`, so that a merge ignores them.
     """
-    if len(photographs) != len(outlines):
+    if len(photographs) != len(shifts_px):
         raise PhotographError(
-            f"{len(outlines)} outlines for {len(photographs)} photographs. Give one for each photograph."
+            f"{len(shifts_px)} shifts for {len(photographs)} photographs. Give one for each photograph."
         )
     if not photographs:
         return []
     shape = photographs[0].pixels.shape[:2]
-    shifts = register(photographs, [(*one.centre_px, max(one.semi_axes_px)) for one in outlines])
-    return [_moved(photograph, shift, shape) for photograph, shift in zip(photographs, shifts, strict=True)]
+    return [
+        _moved(photograph, np.asarray(shift, float), shape)
+        for photograph, shift in zip(photographs, shifts_px, strict=True)
+    ]
 
 
 def register(
     photographs: Sequence[Photograph], circles_px: Sequence[tuple[float, float, float]]
 ) -> list[FloatArray]:
     """Where each photograph's picture of the ball lies from the first's: a shift (x, y) in pixels for each.
+
+    The circles give the shift to about a pixel; each photograph is then registered to its neighbour in
+    exposure, with which it shares the most unclipped pixels, by the picture inside the ball.
 
     Parameters
     ----------
