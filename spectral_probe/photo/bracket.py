@@ -12,9 +12,9 @@ from ..model import BoolArray, Exposure, Photograph, RadianceImage
 from .exposure_check import LEAST_CELLS, ExposureCheck, check_exposures, described
 from .merge import merge
 from .moved import moved_areas
-from .noise import SensorNoise
 from .response import ResponseCurve, fit_response
 from .samples import Cells, cells_of, chosen
+from .sensor import sensor_noise
 
 LEAST_SPREAD_EV = 0.5
 """Exposures nearer than this to each other tell nothing of a tone curve."""
@@ -82,7 +82,7 @@ def merge_bracket(
     box = _box(on_ball)
     kept = [_cut(photographs[index], box) for index in single]
     used = [check.exposures[index] for index in single]
-    sensor = SensorNoise()
+    sensor = sensor_noise(kept, used, on_ball[box])
     areas = moved_areas(kept, used, on_ball[box], response, sensor)
     merged = merge(kept, used, response, sensor, areas)
     moved = np.zeros(on_ball.shape, bool)
