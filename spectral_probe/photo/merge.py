@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ..errors import PhotographError
 from ..model import BoolArray, Exposure, FloatArray, Photograph, RadianceImage
 from .noise import (
+    BLACK_ENTRY,
     SensorNoise,
     Table,
     code_index,
@@ -40,9 +41,9 @@ def merge(
     """Merge aligned photographs into relative radiance.
 
     With x = radiance times relative exposure t, every unclipped photograph is an estimate x / t of variance
-    s^2(x) / t^2; the inverse variances are the weights. The variance is computed from a first estimate of the radiance, all
-    photographs together with weights t, and not from the photograph's own noisy value, which would favour values that are too
-    low.
+    s^2(x) / t^2; the inverse variances are the weights. The variance is computed from a first estimate of the radiance,
+    all photographs together with weights t, and not from the photograph's own noisy value, which would favour values that
+    are too low. Display-referred photographs, whose errors are relative, are averaged by their logarithms.
 
     Parameters
     ----------
@@ -216,7 +217,11 @@ class _LinearMerger:
 
 @dataclass(frozen=True)
 class _DisplayMerger:
-    """Display-referred photographs: for each, tables of weight times radiance, and of the weight, by the code."""
+    """Display-referred photographs: for each, tables of weight times the radiance's logarithm, and of the weight, by the code.
+
+    Their errors are relative, the tone curve's above all: the mean is that of logarithms, since among values that
+    contradict each other a mean weighted by absolute variances would side with the lowest.
+    """
 
     pixels: Sequence[FloatArray]
     weighted: Sequence[Table]
@@ -241,6 +246,9 @@ class _DisplayMerger:
             radiance += cv2.LUT(index, weighted, dst=product)
             variance += cv2.LUT(index, weights, dst=product)
         _finish(radiance, variance)
+        np.exp(radiance, out=radiance)
+        variance *= radiance
+        variance *= radiance
 
     def lower_bound(self, rows: slice, where: BoolArray) -> FloatArray:
         """By the response, which is extrapolated there."""
@@ -270,11 +278,12 @@ def _display_merger(
     sensor: SensorNoise,
 ) -> _DisplayMerger:
     light = display_light(response)
+    light = np.maximum(light, light[BLACK_ENTRY])  # of black itself there is no logarithm
     weighted, weights, radiance = [], [], []
     for exposure in exposures:
-        weight = exposure.relative**2 / display_variance(response, light, exposure, sensor)
+        weight = light**2 / display_variance(response, light, exposure, sensor)
         radiance.append(code_table(light / exposure.relative))
-        weighted.append(code_table(weight * light / exposure.relative))
+        weighted.append(code_table(weight * np.log(light / exposure.relative)))
         weights.append(code_table(weight))
     return _DisplayMerger([photograph.pixels for photograph in photographs], weighted, weights, radiance)
 

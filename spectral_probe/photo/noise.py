@@ -37,6 +37,9 @@ INDEX_SCALE = 8192.0
 TABLE_SIZE = 12290
 """Entries up to the value 2.25: interpolation swings beyond 1."""
 
+BLACK_ENTRY = 102
+"""The entry of half a code of 8 bits, for what lies below it."""
+
 _LEAST_SLOPE = 1.0 / 12.92
 
 type Table = npt.NDArray[np.float32]
