@@ -347,12 +347,24 @@ def _warnings(views: Sequence[MeasuredView]) -> list[str]:
     told = []
     if all(view.converted for view in views):
         told.append("The photographs are converted pictures (JPEG): Rec.709's colours were assumed. Use raw.")
-    for number, view in enumerate(views, start=1):
-        where = f"View {number}: " if len(views) > 1 else ""
-        told += [where + warning for warning in view.bracket.warnings] if view.bracket else []
+    told += _bracket_warnings(views)
     if any(view.settings.refine for view in views) and len(views) > 1:
         told.append("Azimuths are used as given; registration of the views does not refine them yet.")
     return told
+
+
+def _bracket_warnings(views: Sequence[MeasuredView]) -> list[str]:
+    """What was found of the brackets; what holds for all views alike is said once."""
+    views_of: dict[str, list[int]] = {}
+    for number, view in enumerate(views, start=1):
+        for warning in view.bracket.warnings if view.bracket else ():
+            views_of.setdefault(warning, []).append(number)
+    return [
+        warning
+        if len(numbers) == len(views)
+        else f"View{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}: {warning}"
+        for warning, numbers in views_of.items()
+    ]
 
 
 def _negative_fraction(panorama: SpectralPanorama) -> float:

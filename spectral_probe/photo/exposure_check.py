@@ -94,30 +94,37 @@ def check_exposures(
     warnings = _same_exposure(names, stated, logs, ratios)
     reference = logs
     if _runs_against(logs[linked], rough[linked]):
-        warnings.append(_reversed(names, logs, rough))
+        warnings.append(_reversed(names, logs, rough, solve))
         reference = logs.copy()
         reference[linked] = np.sort(logs[linked])[np.argsort(np.argsort(rough[linked]))]
-    solved, error, exponent = rough, rough_error, 1.0
-    if cells.encoded and np.ptp(rough[linked]) > 2.0 * SAME_EV * _LN2:
-        gauge = np.where(linked, TYPICAL_EXPONENT * rough, logs)
-        fit = fit_response(cells, gauge, free=True)
-        solved, error = np.where(linked, fit.log_exposures, np.nan), fit.log_exposure_errors
-        exponent = _exponent(solved[linked], reference[linked])
-    offsets = np.full(len(names), np.nan)
-    offsets[linked] = exponent * solved[linked] - reference[linked]
+    solved, error = _solved(cells, rough, rough_error, reference, logs)
+    offsets = np.where(linked, solved - reference, np.nan)
     offsets -= _agreed(offsets[linked])
-    wrong = linked & (np.abs(offsets) > np.maximum(TOLERANCE_EV * _LN2, SIGNIFICANCE * exponent * error))
+    wrong = linked & (np.abs(offsets) > np.maximum(TOLERANCE_EV * _LN2, SIGNIFICANCE * error))
+    few = int(linked.sum()) <= (3 if cells.encoded else 2)
     used = list(stated)
-    for index in range(len(names)):
-        right = reference[index] + (offsets[index] if wrong[index] else 0.0)
-        if right != logs[index] and solve:
-            used[index] = _times(stated[index], float(np.exp(right - logs[index])))
+    for index, exposure in enumerate(stated):
+        factor = float(np.exp(reference[index] + (offsets[index] if wrong[index] else 0.0) - logs[index]))
+        if reference[index] != logs[index] or wrong[index]:
+            used[index] = _times(exposure, factor) if solve else exposure
         if wrong[index]:
-            warnings.append(_wrong(names[index], stated[index], float(np.exp(right - logs[index])), solve))
+            warnings.append(_wrong(names[index], exposure, factor, solve, few))
     total = (offsets + reference - logs) / _LN2
     return ExposureCheck(
-        tuple(used), tuple(map(float, total)), tuple(map(float, exponent * error / _LN2)), tuple(warnings)
+        tuple(used), tuple(map(float, total)), tuple(map(float, error / _LN2)), tuple(warnings)
     )
+
+
+def _solved(
+    cells: Cells, rough: FloatArray, rough_error: FloatArray, reference: FloatArray, logs: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Log exposures (E,) and their errors: those of the ratios, or through a tone curve those that fit with it."""
+    linked = np.isfinite(rough)
+    if not cells.encoded or np.ptp(rough[linked]) <= 2.0 * SAME_EV * _LN2:
+        return rough, rough_error
+    fit = fit_response(cells, np.where(linked, TYPICAL_EXPONENT * rough, logs), free=True)
+    exponent = _exponent(fit.log_exposures[linked], reference[linked])
+    return np.where(linked, exponent * fit.log_exposures, np.nan), exponent * fit.log_exposure_errors
 
 
 def _pair_ratios(cells: Cells) -> _Ratios:
@@ -246,21 +253,23 @@ def _same_exposure(
     return said
 
 
-def _reversed(names: Sequence[str], logs: FloatArray, measured: FloatArray) -> str:
+def _reversed(names: Sequence[str], logs: FloatArray, measured: FloatArray, solve: bool) -> str:
     longest = int(np.nanargmax(np.where(np.isfinite(measured), logs, np.nan)))
     darkest = " is the darkest" if longest == int(np.nanargmin(measured)) else " is among the darkest"
+    used = "they are taken in reversed order" if solve else "they are kept (solve_exposures = false)"
     return (
         f"The stated exposures run opposite to the pictures' brightness ({names[longest]}, stated as the longest,"
-        f"{darkest}): they are taken in reversed order. Check exposures_s."
+        f"{darkest}): {used}. Check exposures_s."
     )
 
 
-def _wrong(name: str, stated: Exposure, factor: float, solve: bool) -> str:
+def _wrong(name: str, stated: Exposure, factor: float, solve: bool, few: bool) -> str:
     right = described(_times(stated, factor))
     used = "the pixels' value is used" if solve else "the stated value is kept (solve_exposures = false)"
+    doubt = " With so few photographs it may be another one that is misstated." if few else ""
     return (
         f"{name}: the stated exposure, {described(stated)}, disagrees with its pixels, which say {right} "
-        f"({np.log2(factor):+.2f} EV); {used}."
+        f"({np.log2(factor):+.2f} EV); {used}.{doubt}"
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -135,7 +134,7 @@ def fit_response(cells: Cells, log_exposures: FloatArray, *, free: bool) -> Resp
     a prior that fits.
 
     Pixels alone leave the exposures' common factor and, since g may be stretched by any exponent, their common scale
-    undetermined [2]_. Where they are free, their mean and their spread along the given ones are kept; `exposure.checked`
+    undetermined [2]_. Where they are free, their mean and their spread along the given ones are kept; `exposure_check`
     then brings them to the stated ones. With equal steps, even known exposures leave ripples of that period in g
     undetermined; smoothness keeps them out.
 
@@ -148,17 +147,15 @@ def fit_response(cells: Cells, log_exposures: FloatArray, *, free: bool) -> Resp
     """
     photos, count, _ = cells.values.shape
     knots = len(KNOTS)
-    chosen = np.nonzero(cells.usable & (cells.usable.sum(0) >= 2))
-    photo, cell, channel = chosen
-    codes = cells.values[chosen]
+    heard = np.nonzero(cells.usable & (cells.usable.sum(0) >= 2))
+    photo, cell, channel = heard
+    codes = cells.values[heard]
     group = cell * 3 + channel
     rows = len(codes)
-    design = np.zeros((rows, 3 * knots + photos))
-    np.add.at(design, (np.arange(rows)[:, None], channel[:, None] * knots + np.arange(knots)), _hats(codes))
-    design[np.arange(rows), 3 * knots + photo] = -1.0
+    design = _equations(codes, photo, channel, photos)
     target = log_exposures[photo] - np.log(srgb_to_linear(codes))
     prior = _prior(log_exposures, free=free)
-    solution = np.zeros(design.shape[1])
+    solution: FloatArray = np.zeros(design.shape[1])
     residual = target - target.mean() if rows else target
     weights = np.ones(rows)
     normal: FloatArray = np.eye(design.shape[1])
@@ -175,9 +172,9 @@ def fit_response(cells: Cells, log_exposures: FloatArray, *, free: bool) -> Resp
         residual = demeaned @ solution - aim
         steep |= _falling(solution[: 3 * knots].reshape(3, knots))
     residuals = np.full(cells.values.shape, np.nan)
-    residuals[chosen] = residual
+    residuals[heard] = residual
     used = np.zeros(cells.values.shape)
-    used[chosen] = weights / max(float(weights.mean()), 1e-12) if rows else 0.0
+    used[heard] = weights / max(float(weights.mean()), 1e-12) if rows else 0.0
     gain = solution[: 3 * knots].reshape(3, knots)
     at_grey = _hats(np.array([MID_GREY_CODE]))[0]
     return ResponseFit(
@@ -188,6 +185,15 @@ def fit_response(cells: Cells, log_exposures: FloatArray, *, free: bool) -> Resp
         used,
         (float(codes.min()), float(codes.max())) if rows else (0.0, 1.0),
     )
+
+
+def _equations(codes: FloatArray, photo: IntArray, channel: IntArray, photos: int) -> FloatArray:
+    """One row for each code: its shares of the knots of its channel's curve, and -1 for its photograph's exposure."""
+    index = np.arange(len(codes))
+    design = np.zeros((len(codes), 3 * len(KNOTS) + photos))
+    design[index[:, None], channel[:, None] * len(KNOTS) + np.arange(len(KNOTS))] = _hats(codes)
+    design[index, 3 * len(KNOTS) + photo] = -1.0
+    return design
 
 
 def _errors(normal: FloatArray, residual: FloatArray, weights: FloatArray, freedom: int) -> FloatArray:
@@ -308,8 +314,3 @@ def _slopes(codes: FloatArray) -> FloatArray:
     slopes[index, place] = -1.0 / width
     slopes[index, place + 1] = 1.0 / width
     return slopes
-
-
-def stated_response(cells: Cells, log_exposures: Sequence[float]) -> ResponseCurve:
-    """The response under given exposures (natural logarithm)."""
-    return fit_response(cells, np.asarray(log_exposures, float), free=False).curve()

@@ -48,6 +48,19 @@ def test_shifts_are_found_to_a_tenth_of_a_pixel(shift):
     np.testing.assert_allclose(found[1], shift, atol=0.1)
 
 
+def test_clipped_areas_do_not_pull_the_shift():
+    """A third of the brighter photograph is clipped; sub-pixel shifts are found to 0.06 px RMS all the same."""
+    errors = []
+    for seed, shift in enumerate([(0.4, -0.3), (-2.5, 1.2), (3.7, 0.6), (0.0, 0.8)]):
+        canvas = scene(10 + seed)
+        first = photograph(canvas, (100, 100), (300, 280), 0.06)
+        second = photograph(canvas, (100 - shift[0], 100 - shift[1]), (300, 280), 0.24, "bb.png")
+        assert 0.15 < second.clipped.mean() < 0.5
+        found = register([first, second], [(150, 140, 120), (151 + shift[0], 140 + shift[1], 120)])
+        errors.append(found[1] - shift)
+    assert np.sqrt(np.mean(np.square(errors))) < 0.06
+
+
 def test_crops_of_different_sizes_come_to_the_first_ones_frame():
     canvas = scene(2)
     first = photograph(canvas, (100, 100), (300, 280), 0.1)
