@@ -31,6 +31,9 @@ bracket alone cannot."""
 EXPONENT_ERROR = 0.3
 """Standard deviation of its logarithm: from 0.4 (very contrasty) to 1.3 (flat profiles) within two."""
 
+GAMMA_EXPONENT = 1.5
+"""Linear pictures that need this exponent to agree with their exposures are not linear."""
+
 LEAST_CELLS = 20
 _LN2 = float(np.log(2.0))
 
@@ -101,6 +104,10 @@ def check_exposures(
     offsets = np.where(linked, solved - reference, np.nan)
     offsets -= _agreed(offsets[linked])
     wrong = linked & (np.abs(offsets) > np.maximum(TOLERANCE_EV * _LN2, SIGNIFICANCE * error))
+    exponent = _exponent(rough[linked], reference[linked])
+    if not cells.encoded and linked.sum() >= 3 and exponent > GAMMA_EXPONENT:
+        told = tuple(map(float, offsets / _LN2)), tuple(map(float, error / _LN2))
+        return ExposureCheck(tuple(stated), *told, (*warnings, _encoded(1.0 / exponent)))
     few = int(linked.sum()) <= (3 if cells.encoded else 2)
     used = list(stated)
     for index, exposure in enumerate(stated):
@@ -270,6 +277,13 @@ def _wrong(name: str, stated: Exposure, factor: float, solve: bool, few: bool) -
     return (
         f"{name}: the stated exposure, {described(stated)}, disagrees with its pixels, which say {right} "
         f"({np.log2(factor):+.2f} EV); {used}.{doubt}"
+    )
+
+
+def _encoded(power: float) -> str:
+    return (
+        f"The pictures brighten only as the power {power:.2f} of their exposures: they seem to be gamma-encoded, but are taken "
+        "as linear. Export them as linear TIFF or as 8-bit JPEG."
     )
 
 

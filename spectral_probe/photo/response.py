@@ -128,10 +128,11 @@ def fit_response(cells: Cells, log_exposures: FloatArray, *, free: bool) -> Resp
 
     Notes
     -----
-    OpenCV's `createCalibrateDebevec` solves for 256 free values per channel, weighs by a hat alone, takes samples
-    at random or on a grid, clipped, moved or at edges alike, and keeps no order among the channels; on three or four
-    exposures its curves ripple and are not monotone. Its equations are small enough to write them out here with
-    a prior that fits.
+    OpenCV's calibrations take the exposures as known and the samples as they fall: clipped, moved or at edges. On simulated
+    brackets of three exposures and an S-shaped curve, `createCalibrateDebevec` errs by 4.1 % (steps of 2 EV) and 1.5 %
+    (1 EV) in mid-tones where this fit errs by 1.2 % and 0.4 %; on a phone's bracket its curve falls in places; and
+    `createCalibrateRobertson` ripples (19 % at 2 EV). The equations are small enough to write them out with a prior that
+    fits, and with the exposures among the unknowns.
 
     Pixels alone leave the exposures' common factor and, since g may be stretched by any exponent, their common scale
     undetermined [2]_. Where they are free, their mean and their spread along the given ones are kept; `exposure_check`

@@ -12,6 +12,7 @@ from spectral_probe.model import Exposure, Photograph
 from spectral_probe.photo.bracket import merge_bracket
 from spectral_probe.photo.merge import merge
 from spectral_probe.photo.read import read_photograph, srgb_to_linear
+from spectral_probe.photo.samples import linear_to_srgb
 
 SIZE = 240
 ON_BALL = np.hypot(*(np.mgrid[:SIZE, :SIZE] + 0.5 - SIZE / 2)) < 115
@@ -149,6 +150,16 @@ def test_reversed_times_are_named_and_turned_round(camera):
     assert [e.time_s for e in merged.exposures] == pytest.approx([e.time_s for e in right], rel=1e-6)
     kept = merge_bracket(photographs, right[::-1], ON_BALL, solve_exposures=False)
     assert list(kept.exposures) == right[::-1]
+
+
+def test_gamma_encoded_pictures_taken_as_linear_are_told():
+    """What most programs write as 16-bit TIFF."""
+    photographs, exposures = bracket(raw, (0.05, 0.2, 0.8))
+    encoded = [replace(p, pixels=linear_to_srgb(p.pixels).astype(np.float32)) for p in photographs]
+    merged = merge_bracket(encoded, exposures, ON_BALL)
+    assert len(merged.warnings) == 1
+    assert "gamma-encoded" in merged.warnings[0]
+    assert list(merged.exposures) == exposures
 
 
 @pytest.mark.parametrize("camera", [jpeg, raw])
