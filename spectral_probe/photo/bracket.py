@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -160,8 +160,6 @@ def _box(on_ball: BoolArray) -> tuple[slice, slice]:
 
 
 def _cut(photograph: Photograph, box: tuple[slice, slice]) -> Photograph:
-    from dataclasses import replace
-
     return replace(photograph, pixels=photograph.pixels[box], clipped=photograph.clipped[box])
 
 

@@ -105,8 +105,7 @@ def _light(
         )
         table = display_variance(response, steps, exposure, sensor)
         variance = np.stack([np.interp(level[..., c], entries, table[:, c]) for c in range(3)], axis=-1)
-        level = light  # a tone curve's error is shared by all pixels of a cell
-        variance = variance.mean(-1)
+        level, variance = light, variance.mean(-1)  # a tone curve's error is shared by all pixels of a cell
     else:
         constant, linear, square = noise_polynomial(photograph, exposure, sensor)
         mean = np.maximum(level.mean(-1), 0.0)
