@@ -37,9 +37,9 @@ from .model import (
     SpectralPanorama,
     ViewSettings,
 )
-from .photo.align import align
+from .photo.align import align, register
+from .photo.bracket import MergedBracket, merge_bracket
 from .photo.exposure import resolve_exposures
-from .photo.merge import merge
 from .photo.read import read_photograph
 from .render.layers import light_layers
 from .spectra.camera import REC709, camera_names, camera_sensitivities
@@ -62,15 +62,26 @@ class MeasuredView:
     outline: Outline
     ball: BallFit
     converted: bool = False
+    bracket: MergedBracket | None = None
 
     @property
     def clipped_fraction(self) -> float:
         """Share of the ball's pixels that are clipped in every photograph."""
-        height, width = self.image.valid.shape
-        rows, columns = np.mgrid[:height, :width] + 0.5
-        x, y = columns - self.outline.centre_px[0], rows - self.outline.centre_px[1]
-        on_ball = np.hypot(x, y) < min(self.outline.semi_axes_px)
-        return float(1.0 - self.image.valid[on_ball].mean())
+        return float(1.0 - self.image.valid[_on_ball(self.outline, self.image.valid.shape)].mean())
+
+    @property
+    def moved_fraction(self) -> float:
+        """Share of the ball's pixels where some photograph was left out because it disagrees with the others."""
+        if self.bracket is None:
+            return 0.0
+        return float(self.bracket.moved[_on_ball(self.outline, self.image.valid.shape)].mean())
+
+
+def _on_ball(outline: Outline, shape: tuple[int, ...]) -> BoolArray:
+    """Pixels (H, W) inside the outline's inscribed circle."""
+    rows, columns = np.ogrid[: shape[0], : shape[1]]
+    x, y = columns + 0.5 - outline.centre_px[0], rows + 0.5 - outline.centre_px[1]
+    return np.asarray(np.hypot(x, y) < min(outline.semi_axes_px))
 
 
 @dataclass(frozen=True)
@@ -183,9 +194,15 @@ def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
     else:
         outlines = detect_outlines(photographs)
     camera = camera_for(capture.camera, photographs[0])
-    image = merge(align(photographs, outlines), exposures)
+    shifts = register(photographs, [(*one.centre_px, max(one.semi_axes_px)) for one in outlines])
+    bracket = merge_bracket(
+        align(photographs, shifts),
+        exposures,
+        _on_ball(outlines[0], (height, width)),
+        solve_exposures=settings.solve_exposures,
+    )
     ball = fit_ball(camera, outlines[0], capture.ball.radius_m)
-    return MeasuredView(settings, image, camera, outlines[0], ball, converted)
+    return MeasuredView(settings, bracket.image, camera, outlines[0], ball, converted, bracket)
 
 
 def compose(
@@ -284,6 +301,7 @@ def _report(
                 "azimuth_deg": view.settings.azimuth_deg,
                 "elevation_deg": view.settings.elevation_deg,
                 "clipped_fraction": view.clipped_fraction,
+                **_bracket_report(view),
             }
             for view in views
         ],
@@ -309,16 +327,44 @@ def _curves_used(capture: Capture, views: Sequence[MeasuredView]) -> str:
     )
 
 
+def _bracket_report(view: MeasuredView) -> dict[str, Any]:
+    """How a view's bracket was merged; numbers that the pixels do not tell are None."""
+    if view.bracket is None:
+        return {}
+    response = view.bracket.response
+    return {
+        "exposures_s": [exposure.time_s for exposure in view.bracket.exposures],
+        "exposure_offsets_ev": [
+            None if np.isnan(offset) else round(offset, 3) for offset in view.bracket.offsets_ev
+        ],
+        "response_residual_ev": list(response.residual_ev) if response else None,
+        "moved_fraction": view.moved_fraction,
+    }
+
+
 def _warnings(views: Sequence[MeasuredView]) -> list[str]:
     """What the user should know about how far the result can be trusted."""
     told = []
     if all(view.converted for view in views):
-        told.append(
-            "The photographs are converted pictures (JPEG): sRGB's tone curve and Rec.709's colours were assumed. Use raw."
-        )
+        told.append("The photographs are converted pictures (JPEG): Rec.709's colours were assumed. Use raw.")
+    told += _bracket_warnings(views)
     if any(view.settings.refine for view in views) and len(views) > 1:
         told.append("Azimuths are used as given; registration of the views does not refine them yet.")
     return told
+
+
+def _bracket_warnings(views: Sequence[MeasuredView]) -> list[str]:
+    """What was found of the brackets; what holds for all views alike is said once."""
+    views_of: dict[str, list[int]] = {}
+    for number, view in enumerate(views, start=1):
+        for warning in view.bracket.warnings if view.bracket else ():
+            views_of.setdefault(warning, []).append(number)
+    return [
+        warning
+        if len(numbers) == len(views)
+        else f"View{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}: {warning}"
+        for warning, numbers in views_of.items()
+    ]
 
 
 def _negative_fraction(panorama: SpectralPanorama) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PhotographError
-from ..model import BoolArray, FloatArray, Outline, Photograph
+from ..model import BoolArray, FloatArray, Photograph
 from .read import neighbourhood
 
 STILL_PX = 0.1
@@ -20,23 +20,34 @@ mends."""
 LEVEL_RADII_PX = (60.0, 150.0, 400.0)
 """Radii to which larger balls are scaled down for the registration, one after the other."""
 
+SURROUNDINGS_PX = 5.0
+"""Detail is what differs from the surroundings, blurred with this standard deviation."""
+
+CLIPPED_REACH_PX = 4
+"""Clipped and dark areas count as wider by this much, as far as enough is left: they change the surroundings in one picture
+and not in the other, which would seem a shift. With it, shifts of simulated brackets of four times the exposure are
+found to 0.04 px (raw) and 0.06 px (JPEG), without to 0.06 and 0.11."""
+
 IMPROVEMENT = 0.97
 """A shift is believed when it leaves less than this share of the disagreement that the outlines' shift
 leaves."""
 
+SIGNIFICANCE = 3.0
+"""And when it is this many of its standard errors: a few lamps in a black, noisy picture always agree better somewhere."""
 
-def align(photographs: Sequence[Photograph], outlines: Sequence[Outline]) -> list[Photograph]:
+DEPENDENT_PX = 4.0 * np.pi
+"""Pixels that share their noise after a blur of one pixel."""
+
+
+def align(photographs: Sequence[Photograph], shifts_px: Sequence[FloatArray]) -> list[Photograph]:
     """Bring every photograph of a bracket onto the frame of the first one.
-
-    The outlines give the shift to about a pixel; each photograph is then registered to its neighbour in
-    exposure, with which it shares the most unclipped pixels, by the picture inside the ball.
 
     Parameters
     ----------
     photographs
         A bracket; crops of it may differ in size and place.
-    outlines
-        The ball's outline in each photograph's own frame.
+    shifts_px
+        Where each photograph's ball lies from the first's, (x, y) in pixels, as `register` finds it.
 
     Returns
     -------
@@ -45,21 +56,26 @@ def align(photographs: Sequence[Photograph], outlines: Sequence[Outline]) -> lis
         they are, the very same arrays; others are moved, by whole pixels without interpolation where that
         is enough. Pixels from outside a photograph are 0 and `clipped`, so that a merge ignores them.
     """
-    if len(photographs) != len(outlines):
+    if len(photographs) != len(shifts_px):
         raise PhotographError(
-            f"{len(outlines)} outlines for {len(photographs)} photographs. Give one for each photograph."
+            f"{len(shifts_px)} shifts for {len(photographs)} photographs. Give one for each photograph."
         )
     if not photographs:
         return []
     shape = photographs[0].pixels.shape[:2]
-    shifts = register(photographs, [(*one.centre_px, max(one.semi_axes_px)) for one in outlines])
-    return [_moved(photograph, shift, shape) for photograph, shift in zip(photographs, shifts, strict=True)]
+    return [
+        _moved(photograph, np.asarray(shift, float), shape)
+        for photograph, shift in zip(photographs, shifts_px, strict=True)
+    ]
 
 
 def register(
     photographs: Sequence[Photograph], circles_px: Sequence[tuple[float, float, float]]
 ) -> list[FloatArray]:
     """Where each photograph's picture of the ball lies from the first's: a shift (x, y) in pixels for each.
+
+    The circles give the shift to about a pixel; each photograph is then registered to its neighbour in
+    exposure, with which it shares the most unclipped pixels, by the picture inside the ball.
 
     Parameters
     ----------
@@ -113,6 +129,9 @@ def _registered(
     seen = here_seen & there_seen & disc
     if np.count_nonzero(seen) < 0.02 * size * size:
         return between
+    inner = cv2.erode(seen.astype(np.uint8), np.ones((2 * CLIPPED_REACH_PX + 1,) * 2, np.uint8)) > 0
+    if np.count_nonzero(inner) >= 0.05 * size * size:
+        seen = inner
     mask = seen.astype(np.uint8)
     before = _disagreement(here, there, seen)
     warp = np.eye(2, 3, dtype=np.float32)
@@ -123,8 +142,11 @@ def _registered(
         return between
     shift = np.asarray(warp[:, 2], float)
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    after = _disagreement(here, cv2.warpAffine(there, warp, (size, size), flags=flags), seen)
+    matched = cv2.warpAffine(there, warp, (size, size), flags=flags)
+    after = _disagreement(here, matched, seen)
     if np.abs(shift).max() > 0.05 * radius * scale or after > IMPROVEMENT * before:
+        return between
+    if (np.abs(shift) < SIGNIFICANCE * _shift_error(here, matched, seen)).all():
         return between
     return between + shift / scale
 
@@ -158,7 +180,7 @@ def _detail(
         floor = 0.01 * max(float(np.median(picture)), 1e-6)
     seen = (clipped < 0.02) & (covered > 0.999) & (picture > floor)
     logarithm = np.log(np.maximum(picture, 0.0) + floor).astype(np.float32)
-    detail = cv2.GaussianBlur(logarithm, (0, 0), 1.0) - cv2.GaussianBlur(logarithm, (0, 0), 8.0)
+    detail = cv2.GaussianBlur(logarithm, (0, 0), 1.0) - cv2.GaussianBlur(logarithm, (0, 0), SURROUNDINGS_PX)
     contrast = float(detail[seen].std()) if seen.any() else 1.0
     return np.asarray(np.clip(detail / max(contrast, 1e-9), -4.0, 4.0), np.float32), np.asarray(seen)
 
@@ -169,6 +191,13 @@ def _disagreement(here: FloatArray, there: FloatArray, seen: BoolArray) -> float
     b = there[seen] - there[seen].mean()
     norm = float(np.sqrt((a**2).sum() * (b**2).sum()))
     return 1.0 - float((a * b).sum()) / norm if norm > 0.0 else 1.0
+
+
+def _shift_error(here: FloatArray, there: FloatArray, seen: BoolArray) -> FloatArray:
+    """Standard error (x, y) of a shift between two matched pictures, from what they still differ by and their gradients."""
+    rest = float(np.var(here[seen] - there[seen]))
+    squares = np.array([float((slope[seen] ** 2).sum()) for slope in np.gradient(here)[::-1]])
+    return np.asarray(np.sqrt(DEPENDENT_PX * rest / np.maximum(squares, 1e-9)))
 
 
 def _moved(photograph: Photograph, shift: FloatArray, shape: tuple[int, ...]) -> Photograph:

@@ -12,6 +12,9 @@ from ..model import Exposure, Photograph, ViewSettings
 RADIANCE_EXPOSURE = Exposure(1.0, iso=100.0, f_number=1.0)
 """EXR and HDR hold radiance already: relative exposure 1 unless the capture file says otherwise."""
 
+PLAUSIBLE = Exposure(1e-6, 1.0, 0.4), Exposure(1e5, 1e8, 512.0)
+"""Times, ISO speeds and f-numbers outside of these are errors of the file that states them."""
+
 
 def resolve_exposures(photographs: Sequence[Photograph], view: ViewSettings) -> list[Exposure]:
     """Exposure of each photograph: the capture file's values win, EXIF fills in what it leaves open.
@@ -32,8 +35,8 @@ def resolve_exposures(photographs: Sequence[Photograph], view: ViewSettings) -> 
     Raises
     ------
     PhotographError
-        No exposure time for a photograph, a list that does not fit the photographs, or a value that is not
-        positive.
+        No exposure time for a photograph, or one that cannot be; a list that does not fit the photographs, or a
+        value that is not positive.
     """
     count = len(photographs)
     times = _given(view.exposures_s, "exposures_s", count, one_for_all=False)
@@ -41,19 +44,43 @@ def resolve_exposures(photographs: Sequence[Photograph], view: ViewSettings) -> 
     f_numbers = _given(view.f_number, "f_number", count, one_for_all=True)
     exposures = []
     for index, photograph in enumerate(photographs):
-        known = photograph.exposure
+        known = photograph.exposure if plausible(photograph.exposure) else None
         if known is None and photograph.scene_referred_float:
             known = RADIANCE_EXPOSURE
         time_s = times[index] if times else known.time_s if known else None
         if time_s is None:
-            raise PhotographError(
-                f"{photograph.path.name} says no exposure time. "
-                "Add exposures_s to its view in the capture file."
-            )
+            raise PhotographError(_no_time(photograph))
         iso = isos[index] if isos else known.iso if known else 100.0
         f_number = f_numbers[index] if f_numbers else known.f_number if known else 1.0
         exposures.append(Exposure(time_s, iso, f_number))
     return exposures
+
+
+def plausible(exposure: Exposure | None) -> bool:
+    """Whether a camera can have exposed so.
+
+    Examples
+    --------
+    >>> plausible(Exposure(0.01)), plausible(Exposure(1e9)), plausible(Exposure(0.01, iso=0.0)), plausible(None)
+    (True, False, False, False)
+    """
+    if exposure is None:
+        return False
+    least, most = PLAUSIBLE
+    return (
+        least.time_s <= exposure.time_s <= most.time_s
+        and least.iso <= exposure.iso <= most.iso
+        and least.f_number <= exposure.f_number <= most.f_number
+    )
+
+
+def _no_time(photograph: Photograph) -> str:
+    stated = photograph.exposure
+    if stated is None:
+        says = "says no exposure time"
+    else:
+        says = f"states {stated.time_s:g} s, ISO {stated.iso:g}, f/{stated.f_number:g}, which cannot be"
+    return f"{photograph.path.name} {says}. Add exposures_s to its view in the capture file."
 
 
 def _given(

@@ -55,6 +55,11 @@ def test_office_crops_of_different_sizes(photos):
     probe = check(finish(build_probe(Capture((view,), camera, CHROME), 512)), [718.0])
     assert probe.report["views"][0]["clipped_fraction"] < 0.01
     assert 5.0 < probe.report["views"][0]["distance_m"] / 0.05 < 6.6
+    assert (
+        np.abs(probe.report["views"][0]["exposure_offsets_ev"]).max() < 0.1
+    )  # SOURCE.txt: they are consistent
+    assert max(probe.report["views"][0]["response_residual_ev"]) < 0.1
+    assert 0.0 < probe.report["views"][0]["moved_fraction"] < 0.05  # a head moved away
 
 
 def test_office_whole_frames(photos):

@@ -42,6 +42,13 @@ def test_a_photograph_without_exposure_is_named():
         resolve_exposures(shots, view())
 
 
+@pytest.mark.parametrize("absurd", [Exposure(1e9), Exposure(0.01, iso=0.0), Exposure(0.01, f_number=1e6)])
+def test_what_no_camera_can_state_is_as_good_as_absent(absurd):
+    with pytest.raises(PhotographError, match=r"^v0_1\.png states .*, which cannot be\. Add exposures_s"):
+        resolve_exposures([photograph(exposure=absurd)], view())
+    assert resolve_exposures([photograph(exposure=absurd)], view(exposures_s=(0.5,))) == [Exposure(0.5)]
+
+
 @pytest.mark.parametrize(
     ("settings", "message"),
     [

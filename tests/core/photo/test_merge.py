@@ -7,7 +7,8 @@ import pytest
 
 from spectral_probe.errors import PhotographError
 from spectral_probe.model import Exposure, Photograph
-from spectral_probe.photo.merge import FULL_WELL_ELECTRONS, READ_NOISE, merge
+from spectral_probe.photo.merge import merge
+from spectral_probe.photo.noise import FULL_WELL_ELECTRONS, READ_NOISE
 
 TIMES = (0.001, 0.008, 0.064)
 
@@ -59,7 +60,7 @@ def test_order_hardly_matters_and_an_iterator_will_do(order):
     truth = np.random.default_rng(5).uniform(0.1, 900.0, (50, 60, 3))
     photographs, exposures = bracket(truth)
     reference = merge(photographs, exposures)
-    merged = merge((photographs[i] for i in order), [exposures[i] for i in order])
+    merged = merge([photographs[i] for i in order], [exposures[i] for i in order])
     np.testing.assert_array_equal(merged.valid, reference.valid)
     difference = np.abs(merged.radiance - reference.radiance) / np.sqrt(reference.variance)
     assert np.median(difference[reference.valid]) < 0.3
