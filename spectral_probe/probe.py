@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -19,15 +19,24 @@ from .files.probe_exr import write_layers, write_probe
 from .files.spectral_exr import write_spectral_panorama
 from .geometry.ball import fit_ball
 from .geometry.camera import camera_for
-from .geometry.frames import camera_to_world, panorama_solid_angles
+from .geometry.frames import camera_to_world, panorama_solid_angles, view_angles
 from .geometry.outline import check_in_frame, detect_outlines, outline_from_circle
 from .geometry.panorama import ViewPanorama, view_panorama
-from .geometry.stitch import fill_unseen, view_weights
+from .geometry.registration import (
+    PlacedView,
+    RegisteredView,
+    ViewRegistration,
+    cropped_to_ball,
+    register_views,
+    small_panorama,
+)
+from .geometry.sphere import fill_unknown
+from .geometry.stitch import Blend, doubts, view_score
 from .model import (
     BallFit,
-    BoolArray,
     Camera,
     Capture,
+    FloatArray,
     Job,
     LightLayers,
     Outline,
@@ -36,6 +45,7 @@ from .model import (
     RadianceImage,
     SpectralPanorama,
     ViewSettings,
+    part,
 )
 from .photo.align import align
 from .photo.exposure import resolve_exposures
@@ -50,6 +60,7 @@ from .spectra.recovery import SpectralRecovery, spectral_recovery
 DEFAULT_WIDTH = 2048
 _WORLD_COMMENT = "Scene-linear Rec.709, D65 white; Blender's equirectangular"
 _WIDTHS = (64, 16384)
+_ROWS_AT_A_TIME = 64
 
 
 @dataclass(frozen=True)
@@ -62,13 +73,16 @@ class MeasuredView:
     outline: Outline
     ball: BallFit
     converted: bool = False
+    corner_px: tuple[int, int] = (0, 0)
+    """Left and upper edge of `image` (and of `camera`) in the photograph, whose pixels `outline` counts."""
 
     @property
     def clipped_fraction(self) -> float:
         """Share of the ball's pixels that are clipped in every photograph."""
         height, width = self.image.valid.shape
         rows, columns = np.mgrid[:height, :width] + 0.5
-        x, y = columns - self.outline.centre_px[0], rows - self.outline.centre_px[1]
+        x = columns + self.corner_px[0] - self.outline.centre_px[0]
+        y = rows + self.corner_px[1] - self.outline.centre_px[1]
         on_ball = np.hypot(x, y) < min(self.outline.semi_axes_px)
         return float(1.0 - self.image.valid[on_ball].mean())
 
@@ -129,18 +143,19 @@ def build_probe(capture: Capture, width: int = DEFAULT_WIDTH) -> Job[Probe]:
         sensitivities = camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
         recovery = spectral_recovery(sensitivities, capture.ball.material, capture.families, capture.method)
     measured: list[MeasuredView] = []
-    seen: list[ViewPanorama] = []
+    placed: list[PlacedView] = []
+    small: list[ViewPanorama] = []
     for number, settings in enumerate(capture.views, start=1):
         share, label = (number - 1) / len(capture.views), f"View {number} of {len(capture.views)}"
-        yield Progress(0.02 + 0.68 * share, f"{label}: reading the photographs and finding the ball")
+        yield Progress(0.02 + 0.58 * share, f"{label}: reading the photographs and finding the ball")
         with watch.stage("photographs"):
-            view = measure_view(capture, settings)
-        yield Progress(0.02 + 0.68 * (share + 0.7 / len(capture.views)), f"{label}: unwrapping the ball")
-        with watch.stage("panorama"):
+            view = _cropped(measure_view(capture, settings))
+        with watch.stage("registration"):
             rotation = camera_to_world(settings.azimuth_deg, settings.elevation_deg, settings.roll_deg)
-            seen.append(view_panorama(view.image, view.camera, view.ball, rotation, width))
+            placed.append(PlacedView(view.image, view.camera, view.ball, rotation, settings.refine))
+            if len(capture.views) > 1:
+                small.append(small_panorama(placed[-1]))
         measured.append(view)
-    yield Progress(0.72, "Recovering spectra")
     with watch.stage("spectra"):
         if len({view.converted for view in measured}) > 1:
             raise CaptureError("Some views are raw and some converted photographs (JPEG). Use one kind.")
@@ -148,9 +163,28 @@ def build_probe(capture: Capture, width: int = DEFAULT_WIDTH) -> Job[Probe]:
             recovery = spectral_recovery(
                 camera_sensitivities(REC709), capture.ball.material, capture.families, capture.method
             )
-        panorama = compose(seen, recovery, _provenance(capture))
+    if len(capture.views) > 1:
+        yield Progress(0.6, "Registering the views")
+    with watch.stage("registration"):
+        registration = register_views(placed, small)
+        turns, gains = (
+            np.stack([getattr(view, name) for view in registration.views]) for name in ("turn", "gain")
+        )
+        doubt = doubts(small, turns, gains) if len(small) > 1 else np.zeros((1, 2, 4), np.float32)
+        del small
+    with watch.stage("panorama"):
+        panorama = yield from part(
+            compose(placed, registration, doubt, recovery, _provenance(capture), width, capture.composition),
+            0.65,
+            0.95,
+        )
     yield Progress(0.95, "Writing the report")
-    return Probe(panorama, _report(capture, measured, panorama, watch.seconds))
+    return Probe(panorama, _report(capture, measured, registration, panorama, watch.seconds))
+
+
+def _cropped(view: MeasuredView) -> MeasuredView:
+    image, camera, corner_px = cropped_to_ball(view.image, view.camera, view.outline)
+    return replace(view, image=image, camera=camera, corner_px=corner_px)
 
 
 def _check_kind(capture: Capture, photographs: Sequence[Photograph]) -> bool:
@@ -189,26 +223,46 @@ def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
 
 
 def compose(
-    views: Sequence[ViewPanorama], recovery: SpectralRecovery, provenance: Mapping[str, str]
-) -> SpectralPanorama:
-    """Recover every view's weights (eq. 10) and put the views together into one panorama."""
-    shares = view_weights(views)
-    height, width = shares.shape[1:]
-    weights = np.zeros((height, width, recovery.basis.shape[0]), np.float32)
-    confidence = np.zeros((height, width), np.float32)
-    for view, share in zip(views, shares, strict=True):
-        own = recovery.weights(view.responses, view.cos_incidence)
-        weights += share[..., None] * own
-        confidence += share * recovery.confidence(own, view.variance, view.cos_incidence)
-    valid: BoolArray = np.any([view.valid for view in views], axis=0)
-    known: BoolArray = shares.sum(0) > 0.5
+    views: Sequence[PlacedView],
+    registration: ViewRegistration,
+    doubt: FloatArray,
+    recovery: SpectralRecovery,
+    provenance: Mapping[str, str],
+    width: int,
+    composition: str = "blend",
+) -> Job[SpectralPanorama]:
+    """Unwrap view after view, recover its weights (eq. 10), and blend them into one panorama.
+
+    One view is in memory at a time, and its weights a few rows at a time: what is needed does not grow with the views.
+    """
+    height = width // 2
+    blend = Blend(height, width, recovery.basis.shape[0] + 1)
+    valid = np.zeros((height, width), bool)
+    for number, (placed, registered) in enumerate(zip(views, registration.views, strict=True)):
+        yield Progress(number / len(views), f"View {number + 1} of {len(views)}: unwrapping the ball")
+        view = view_panorama(placed.image, placed.camera, placed.ball, registered.rotation, width)
+        score = view_score(view, doubt[number], placed.pixel_rad, composition)
+        gain = np.asarray(registered.gain, np.float32)
+        for start in range(0, height, _ROWS_AT_A_TIME):
+            rows = slice(start, min(start + _ROWS_AT_A_TIME, height))
+            own = recovery.weights(view.responses[rows] * gain, view.cos_incidence[rows])
+            confidence = recovery.confidence(own, view.variance[rows] * gain**2, view.cos_incidence[rows])
+            blend.add(rows, np.dstack([own, confidence]), score[rows])
+        valid |= view.valid
+        del view, score
+    yield Progress(1.0, "Filling what no view saw")
+    known, mean = blend.known, blend.mean()
+    weights = np.ascontiguousarray(mean[..., :-1])
+    for start in range(0, height, _ROWS_AT_A_TIME):
+        rows = slice(start, start + _ROWS_AT_A_TIME)
+        weights[rows] = recovery.non_negative(weights[rows])
     return SpectralPanorama(
-        weights=fill_unseen(recovery.non_negative(weights), known),
+        weights=fill_unknown(weights, known),
         bases=recovery.basis[None].copy(),
         basis_index=np.zeros((height, width), np.uint8),
         wavelengths_nm=WAVELENGTHS_NM,
         valid=valid,
-        confidence=np.where(valid, confidence, 0.0).astype(np.float32),
+        confidence=np.where(valid, mean[..., -1], 0.0).astype(np.float32),
         provenance=provenance,
     )
 
@@ -265,7 +319,11 @@ def _provenance(capture: Capture) -> dict[str, str]:
 
 
 def _report(
-    capture: Capture, views: Sequence[MeasuredView], panorama: SpectralPanorama, seconds: Mapping[str, float]
+    capture: Capture,
+    views: Sequence[MeasuredView],
+    registration: ViewRegistration,
+    panorama: SpectralPanorama,
+    seconds: Mapping[str, float],
 ) -> dict[str, Any]:
     height, width = panorama.valid.shape
     solid_angles = np.broadcast_to(panorama_solid_angles(height, width), (height, width))
@@ -281,15 +339,14 @@ def _report(
                 "distance_m": view.ball.distance_m,
                 "focal_px": list(view.camera.focal_px),
                 "focal_source": view.camera.source,
-                "azimuth_deg": view.settings.azimuth_deg,
-                "elevation_deg": view.settings.elevation_deg,
+                **_placing(view.settings, registered),
                 "clipped_fraction": view.clipped_fraction,
             }
-            for view in views
+            for view, registered in zip(views, registration.views, strict=True)
         ],
         "blind_fraction": float(solid_angles[~panorama.valid].sum() / (4 * np.pi)),
         "camera_curves": _curves_used(capture, views),
-        "warnings": _warnings(views),
+        "warnings": [*_warnings(views), *registration.warnings],
         "negative_fraction": _negative_fraction(panorama),
         "median_confidence": float(np.median(panorama.confidence[panorama.valid]))
         if panorama.valid.any()
@@ -298,6 +355,24 @@ def _report(
         "families": list(capture.families),
         "method": capture.method,
         "seconds": {stage: round(value, 3) for stage, value in seconds.items()},
+    }
+
+
+def _placing(settings: ViewSettings, registered: RegisteredView) -> dict[str, Any]:
+    """A view's angles as refined and as given, and what registration says of them."""
+    azimuth, elevation, roll = view_angles(registered.rotation)
+    return {
+        "azimuth_deg": azimuth,
+        "elevation_deg": elevation,
+        "roll_deg": roll,
+        "nominal_azimuth_deg": settings.azimuth_deg,
+        "nominal_elevation_deg": settings.elevation_deg,
+        "nominal_roll_deg": settings.roll_deg,
+        "gain": [float(gain) for gain in registered.gain],
+        "registered": registered.registered,
+        "registration_residual_deg": registered.residual_deg,
+        "registration_error_deg": registered.error_deg,
+        "registration_correlation": registered.correlation,
     }
 
 
@@ -316,8 +391,6 @@ def _warnings(views: Sequence[MeasuredView]) -> list[str]:
         told.append(
             "The photographs are converted pictures (JPEG): sRGB's tone curve and Rec.709's colours were assumed. Use raw."
         )
-    if any(view.settings.refine for view in views) and len(views) > 1:
-        told.append("Azimuths are used as given; registration of the views does not refine them yet.")
     return told
 
 

@@ -41,8 +41,10 @@ _CORRELATED = 4.0
 
 @dataclass(frozen=True)
 class Level:
-    """One step from coarse to fine: width of the maps, blur widths, number of directions, the shift that is no outlier as a
-    share of the finer blur, and the most iterations.
+    """One step from coarse to fine.
+
+    Width of the maps, blur widths of their detail, number of directions compared, the shift that is no outlier as a share of the
+    finer blur, and the most iterations.
     """
 
     width: int
@@ -141,7 +143,7 @@ def robust_weights(samples: Samples, shift_rad: float) -> tuple[FloatArray, Floa
     steepness = (samples.weight * samples.steepness).sum(0) / np.maximum(samples.weight.sum(0), 1e-9)
     shifts = steepness * shift_rad**2
     counted = (samples.weight > 0.02) & ((samples.weight > 0.02).sum(0) > 1)
-    weight, variance = samples.weight, 1.0
+    weight = samples.weight
     for _ in range(3):
         mean = (weight * samples.detail).sum(0) / np.maximum(weight.sum(0), 1e-9)
         residual = samples.detail - mean

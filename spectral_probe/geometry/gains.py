@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from ..model import FloatArray
+from ..model import BoolArray, FloatArray
 from .frames import direction_to_equirectangular
 from .panorama import ViewPanorama
 from .sphere import padded, resized
@@ -46,17 +46,16 @@ def match_gains(panoramas: Sequence[ViewPanorama], corrections: FloatArray, anch
         Number of the view that keeps its level.
     """
     directions = even_directions(_DIRECTIONS)
-    logs, usable = zip(
-        *(_logarithms(view, directions @ turn) for view, turn in zip(panoramas, corrections, strict=True)),
-        strict=True,
-    )
-    log = np.ma.array(np.stack(logs), mask=np.repeat(~np.stack(usable)[..., None], 3, axis=-1))  # (V, N, 3)
-    shared = np.stack(usable).sum(0) > 1
-    log = log[:, shared]
+    parts = [_logarithms(view, directions @ turn) for view, turn in zip(panoramas, corrections, strict=True)]
+    usable: BoolArray = np.stack([part[1] for part in parts])  # (V, N)
+    shared = usable.sum(0) > 1
+    usable = usable[:, shared]
+    hidden = np.repeat(~usable[..., None], 3, axis=-1)
+    log = np.ma.array(np.stack([part[0][shared] for part in parts]), mask=hidden)  # (V, N, 3)
     gains = np.zeros((len(panoramas), 3))
-    if log.shape[1] < _LEAST_SHARED:
+    if usable.shape[1] < _LEAST_SHARED:
         return np.exp(gains)
-    enough = (~log.mask[..., 0]).sum(1) >= _LEAST_SHARED
+    enough = usable.sum(1) >= _LEAST_SHARED
     for _ in range(_ROUNDS):
         matched = log + gains[:, None]
         agreeing = np.ma.masked_where(
@@ -67,7 +66,7 @@ def match_gains(panoramas: Sequence[ViewPanorama], corrections: FloatArray, anch
     return np.asarray(np.exp(np.where(enough[:, None] & enough[anchor], gains - gains[anchor], 0.0)))
 
 
-def _logarithms(view: ViewPanorama, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _logarithms(view: ViewPanorama, directions: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Logarithm of the responses (N, 3) in directions of the view's own frame, and where it can be used (N,)."""
     usable = view.valid & (view.cos_incidence > _LEAST_COSINE) & (view.facing_rad > _FACING_RAD)
     small = resized(np.dstack([view.responses, usable.astype(np.float32)]).astype(np.float32), _WIDTH)

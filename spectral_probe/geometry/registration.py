@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import BallFit, Camera, FloatArray, RadianceImage
+from ..model import BallFit, Camera, FloatArray, Outline, RadianceImage
 from .bundle import (
     Bundle,
     Level,
@@ -48,6 +48,8 @@ _LEAST_CORRELATION = 0.25
 _LEAST_IMPROVEMENT = 0.002
 """A turn that does not raise the correlation by this much is not worth leaving the angles given."""
 
+_CROP_MARGIN_PX = 4
+
 _PARALLAX_RAD = np.radians(0.15)
 """What the ball's own size leaves uncertain in a room; a smaller turn than this, and two standard errors, is not taken."""
 
@@ -73,17 +75,40 @@ class PlacedView:
         return np.asarray(-self.rotation @ self.ball.centre_m / self.ball.distance_m)
 
 
+def cropped_to_ball(
+    image: RadianceImage, camera: Camera, outline: Outline
+) -> tuple[RadianceImage, Camera, tuple[int, int]]:
+    """The part of a radiance image that shows the ball, its camera, and the part's left and upper edge in the image.
+
+    What surrounds the ball is of no use once the outline is known, and with many views it is most of the memory.
+    """
+    (x, y), reach = outline.centre_px, max(outline.semi_axes_px) + _CROP_MARGIN_PX
+    height, width = image.valid.shape
+    left, right = max(int(x - reach), 0), min(int(np.ceil(x + reach)), width)
+    top, bottom = max(int(y - reach), 0), min(int(np.ceil(y + reach)), height)
+    part = (slice(top, bottom), slice(left, right))
+    cropped = RadianceImage(
+        image.radiance[part].astype(np.float32),
+        image.variance[part].astype(np.float32),
+        image.valid[part].copy(),
+    )
+    principal = (camera.principal_px[0] - left, camera.principal_px[1] - top)
+    return cropped, replace(camera, principal_px=principal, size_px=(right - left, bottom - top)), (left, top)
+
+
 @dataclass(frozen=True)
 class RegisteredView:
     """What registration says of one view.
 
-    `rotation` (3, 3) camera to world; `gain` (3,) by which its responses are to be multiplied to match the anchor's;
-    `residual_deg` is the rotation that would still fit it best to the merge of the others; `error_deg` the standard error of its
-    rotation (0 for an anchor); `correlation` with the others as registered and `nominal_correlation` before; `registered` is
-    False where it has too little in common with the others and stays at its nominal angles.
+    `rotation` (3, 3) camera to world, `turn` (3, 3) from the nominal rotation to it. `gain` (3,) is what its responses are to
+    be multiplied by to match the anchor's. `residual_deg` is the rotation that would still fit it best to the merge of the
+    others, `error_deg` the standard error of its rotation (0 for an anchor). `correlation` with the others is as registered,
+    `nominal_correlation` before. `registered` is False where it has too little in common with the others and stays at its
+    nominal angles.
     """
 
     rotation: FloatArray
+    turn: FloatArray
     gain: FloatArray
     residual_deg: float
     error_deg: float
@@ -94,7 +119,7 @@ class RegisteredView:
 
 @dataclass(frozen=True)
 class ViewRegistration:
-    """The views as registered, and sentences on those that could not be."""
+    """The views as registered, and a sentence on each that could not be."""
 
     views: tuple[RegisteredView, ...]
     warnings: tuple[str, ...] = ()
@@ -117,12 +142,11 @@ def register_views(
     ViewRegistration
     """
     if len(views) < 2:
-        return ViewRegistration(
-            tuple(
-                RegisteredView(view.rotation, np.ones(3), 0.0, 0.0, 1.0, 1.0, registered=True)
-                for view in views
-            )
-        )
+        alone = [
+            RegisteredView(view.rotation, np.eye(3), np.ones(3), 0.0, 0.0, 1.0, 1.0, registered=True)
+            for view in views
+        ]
+        return ViewRegistration(tuple(alone))
     panoramas = panoramas or [small_panorama(view) for view in views]
     cameras = np.stack([view.towards_camera for view in views])
     fixed = [not view.refine for view in views]
@@ -149,6 +173,7 @@ def register_views(
     registered = tuple(
         RegisteredView(
             bundle.corrections[v] @ view.rotation,
+            bundle.corrections[v],
             gains[v],
             float(np.degrees(residuals[v])),
             float(errors[v]),

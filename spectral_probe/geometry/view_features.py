@@ -23,7 +23,7 @@ _STRONG = 2.5
 """Detail beyond this many times its usual size is compressed: lamps and their edges."""
 
 _OWN_REFLECTION_RAD = (np.radians(12.0), np.radians(22.0))
-"""Towards itself a view shows the camera and who stands behind it: nothing within the first angle counts, all beyond the second."""
+"""Towards itself a view shows the camera and who stands behind it: within the first angle nothing counts."""
 
 _RESOLVED = 1.5
 """A direction whose pixel spans this many times the finer blur has half the weight: there the view is blurred already."""
@@ -86,7 +86,7 @@ def feature_map(
 def _logarithm(
     view: ViewPanorama, width: int, pixel_rad: float, fine_rad: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithm of the mean response (H, W), and the weight of each direction (H, W): less where pixels are wider than the blur."""
+    """Logarithm of the mean response (H, W), and each direction's weight (H, W): less where pixels are wider than the blur."""
     mean = np.maximum(view.responses.mean(-1), 0.0)
     floor = max(_DARK * float(np.median(mean[view.seen])), 1e-30) if view.seen.any() else 1.0
     first, last = _OWN_REFLECTION_RAD
@@ -110,7 +110,7 @@ def _gradient(detail: FloatArray) -> FloatArray:
     across = np.hypot(x, y)
     west = np.stack([-y, x, np.zeros_like(x)], axis=-1) / across[..., None]
     north = np.stack([-z * x / across, -z * y / across, across], axis=-1)
-    return northward[..., None] * north + (westward / across)[..., None] * west
+    return np.asarray(northward[..., None] * north + (westward / across)[..., None] * west)
 
 
 def sample(features: FeatureMap, directions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
