@@ -28,7 +28,7 @@ _OWN_REFLECTION_RAD = (np.radians(9.0), np.radians(16.0))
 _LAST_RESORT = -40.0
 """Score of a camera's own reflection, for where no other view helps: less than any view's rim."""
 
-_PHOTOGRAPHER_RAD = (np.radians(14.0), np.radians(40.0))
+_PHOTOGRAPHER_RAD = (np.radians(25.0), np.radians(55.0))
 """Within the first angle of its own direction a view may show the photographer; beyond the second it does not. Where views
 disagree, this decides whose word counts."""
 
