@@ -20,7 +20,7 @@ import numpy as np
 from ..model import BoolArray, FloatArray
 from .frames import direction_to_equirectangular, panorama_directions
 from .panorama import ViewPanorama
-from .sphere import blurred_where, padded, resized
+from .sphere import blurred, blurred_where, padded, resized
 
 _OWN_REFLECTION_RAD = (np.radians(9.0), np.radians(16.0))
 """Within the first angle of its own direction a view shows the camera; beyond the second it does not."""
@@ -40,6 +40,9 @@ _DISAGREEMENT = 0.08
 
 _MOST_DOUBT = 200.0
 """Nothing is wholly disbelieved: where a doubted view is the only one, it counts. As a score, above `_CLIPPED`."""
+
+_SPREADS = 1.5
+"""Where the views differ from their median by more than `_DISAGREEMENT` in the median, this many times as much is allowed."""
 
 _AGREEMENT_WIDTH_RAD = np.radians(1.5)
 """Standard deviation of the blur under which views are compared: wider than their registration and noise."""
@@ -165,9 +168,13 @@ def doubts(
     counted = np.where(valid.any(0), valid, seen)  # clipped views know no better
     votes = votes * counted
     distance = np.abs(logs - _weighted_median(logs, votes)).mean(-1)
-    excess = np.where(counted, np.maximum(distance - _DISAGREEMENT, 0.0), 0.0)
-    times = excess / _DISAGREEMENT
-    return np.asarray(np.minimum(times**2 / (1.0 + 0.5 * times), _MOST_DOUBT), np.float32)
+    allowed = np.full(distance.shape[1:], _DISAGREEMENT, np.float32)
+    if views > 2:  # where all differ (things near the ball) no view is more to be doubted than another
+        spread = _weighted_median(distance[..., None], votes)[..., 0]
+        allowed = np.where(counted.sum(0) > 2, np.maximum(allowed, _SPREADS * spread), allowed)
+    times = np.where(counted, np.maximum(distance - allowed, 0.0) / allowed, 0.0)
+    doubt = np.minimum(times**2 / (1.0 + 0.5 * times), _MOST_DOUBT)
+    return np.stack([blurred(own, _AGREEMENT_WIDTH_RAD) for own in doubt])
 
 
 def _median_response(view: ViewPanorama) -> float:
