@@ -30,7 +30,7 @@ from .geometry.registration import (
     register_views,
     small_panorama,
 )
-from .geometry.sphere import fill_unknown
+from .geometry.sphere import fill_unknown, resized
 from .geometry.stitch import Blend, doubts, view_score
 from .model import (
     BallFit,
@@ -241,15 +241,16 @@ def compose(
     for number, (placed, registered) in enumerate(zip(views, registration.views, strict=True)):
         yield Progress(number / len(views), f"View {number + 1} of {len(views)}: unwrapping the ball")
         view = view_panorama(placed.image, placed.camera, placed.ball, registered.rotation, width)
-        score = view_score(view, doubt[number], placed.pixel_rad, composition)
+        own_doubt = resized(doubt[number], width)
         gain = np.asarray(registered.gain, np.float32)
         for start in range(0, height, _ROWS_AT_A_TIME):
             rows = slice(start, min(start + _ROWS_AT_A_TIME, height))
             own = recovery.weights(view.responses[rows] * gain, view.cos_incidence[rows])
             confidence = recovery.confidence(own, view.variance[rows] * gain**2, view.cos_incidence[rows])
-            blend.add(rows, np.dstack([own, confidence]), score[rows])
+            score = view_score(view, own_doubt, placed.pixel_rad, composition, rows)
+            blend.add(rows, np.dstack([own, confidence]), score)
         valid |= view.valid
-        del view, score
+        del view
     yield Progress(1.0, "Filling what no view saw")
     known, mean = blend.known, blend.mean()
     weights = np.ascontiguousarray(mean[..., :-1])

@@ -17,6 +17,9 @@ _WIDTH = 128
 _DIRECTIONS = 6000
 _ROUNDS = 10
 
+_LEAST_GAIN = 0.005
+"""Less than half a percent is not corrected: the reflectance of the ball, which is not divided out here, leaves as much."""
+
 _AGREEMENT = 0.3
 """Views farther from the median than this, in natural logarithm, show something else (a moved thing, an edge)."""
 
@@ -63,7 +66,9 @@ def match_gains(panoramas: Sequence[ViewPanorama], corrections: FloatArray, anch
         )
         difference = np.ma.median(agreeing.mean(0) - log, axis=1).filled(0.0)
         gains = np.where(enough[:, None], difference, gains)
-    return np.asarray(np.exp(np.where(enough[:, None] & enough[anchor], gains - gains[anchor], 0.0)))
+    gains = np.where(enough[:, None] & enough[anchor], gains - gains[anchor], 0.0)
+    gains[np.abs(gains).max(1) < _LEAST_GAIN] = 0.0
+    return np.asarray(np.exp(gains))
 
 
 def _logarithms(view: ViewPanorama, directions: FloatArray) -> tuple[FloatArray, BoolArray]:

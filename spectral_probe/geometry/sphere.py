@@ -11,6 +11,9 @@ import numpy as np
 
 from ..model import BoolArray, FloatArray
 
+_FILL_WIDTH = 512
+"""Width of the panorama on which unseen directions are filled in, in pixels."""
+
 
 def padded(values: FloatArray, rows: int, columns: int) -> FloatArray:
     """A panorama (H, W) or (H, W, C) continued over its edges: round in longitude, and over the poles.
@@ -115,9 +118,17 @@ def fill_unknown(values: FloatArray, known: BoolArray) -> FloatArray:
         return values if known.any() else np.zeros_like(values)
     latitude = (0.5 - (np.arange(len(known)) + 0.5) / len(known)) * np.pi
     area = np.cos(latitude)[:, None].astype(np.float32)  # rows near a pole hold little of the sphere
+    area = np.ascontiguousarray(np.broadcast_to(area, known.shape))
+    coarse = min(known.shape[1], _FILL_WIDTH)  # what is made up is smooth: a small panorama holds it
     weight = known * area
-    filled = _pull_push(values * weight[..., None], weight, np.broadcast_to(area, weight.shape))
-    return np.where(known[..., None], values, filled)
+    weighted = np.dstack(
+        [resized(np.ascontiguousarray(channel) * weight, coarse) for channel in np.moveaxis(values, -1, 0)]
+    )
+    filled = _pull_push(weighted, resized(weight, coarse), resized(area, coarse))
+    result = values.copy()
+    for channel, fill in zip(np.moveaxis(result, -1, 0), np.moveaxis(filled, -1, 0), strict=True):
+        channel[~known] = resized(np.ascontiguousarray(fill), known.shape[1])[~known]
+    return result
 
 
 def _pull_push(weighted: FloatArray, weight: FloatArray, area: FloatArray) -> FloatArray:

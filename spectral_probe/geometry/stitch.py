@@ -50,7 +50,7 @@ _AGREEMENT_WIDTH_RAD = np.radians(1.5)
 _TRUST_WIDTH = 256
 """Width of the panoramas on which views are compared, in pixels of 1.4 degrees."""
 
-_SHARPNESS = 8
+_SHARPNESS = 6
 """Power of the sampling quality: high enough that seams are short, low enough that noise averages."""
 
 _CUT = 1e4
@@ -63,34 +63,37 @@ _NEVER = -1e30
 
 
 def view_score(
-    view: ViewPanorama, doubt: FloatArray, pixel_rad: float, composition: str = "blend"
+    view: ViewPanorama,
+    doubt: FloatArray,
+    pixel_rad: float,
+    composition: str = "blend",
+    rows: slice = slice(None),
 ) -> FloatArray:
-    """Score of a view in every direction, (H, W) float32: the logarithm of its share before normalisation.
+    """Score of a view in every direction, (h, W) float32: the logarithm of its share before normalisation.
 
     Parameters
     ----------
     view
         The view's panorama, (H, W).
     doubt
-        (h, w) how little the view is to be believed, from `doubts`, of any size.
+        (H, W) how little the view is to be believed (`doubts`, `sphere.resized` to the panorama).
     pixel_rad
         Angle that one of its pixels spans where the ball faces the camera.
     composition
         "blend": where it samples best, blended; or "cut", the paper's plain cut: the view whose camera is nearest in angle. For
         cameras on the horizon that is phi within 60 degrees of the direction from the ball to each of three, within 90 of each
         of two, and what no cut covers goes to the nearest.
+    rows
+        The rows wanted; all by default.
     """
     if composition == "cut":
-        score = -_CUT * view.facing_rad
+        score = -_CUT * view.facing_rad[rows]
     else:
-        first, last = _OWN_REFLECTION_RAD
-        shown = _smooth_step(view.facing_rad, first, last)
-        sampling = np.log(np.maximum(view.cos_incidence, 1e-3) / np.float32(pixel_rad))
-        score = _SHARPNESS * sampling + _LAST_RESORT * (1 - shown)
-        if doubt.any():
-            score -= resized(doubt, score.shape[1])
-    score = np.where(view.valid, score, score + np.float32(_CLIPPED))
-    return np.asarray(np.where(view.seen, score, _NEVER), np.float32)
+        shown = _smooth_step(view.facing_rad[rows], *_OWN_REFLECTION_RAD)
+        sampling = np.log(np.maximum(view.cos_incidence[rows], 1e-3) / np.float32(pixel_rad))
+        score = _SHARPNESS * sampling + _LAST_RESORT * (1 - shown) - doubt[rows]
+    score = np.where(view.valid[rows], score, score + np.float32(_CLIPPED))
+    return np.asarray(np.where(view.seen[rows], score, _NEVER), np.float32)
 
 
 def _smooth_step(value: FloatArray, first: float, last: float) -> FloatArray:
@@ -249,7 +252,7 @@ def view_weights(views: Sequence[ViewPanorama], composition: str = "blend") -> F
     >>> view_weights([view, view])[0, 0].tolist()
     [0.5, 0.5, 0.5, 0.5]
     """
-    doubt = doubts(views)
+    doubt = [resized(own, views[0].seen.shape[1]) for own in doubts(views)]
     scores = np.stack(
         [view_score(view, own, 1.0, composition) for view, own in zip(views, doubt, strict=True)]
     )

@@ -31,9 +31,10 @@ def merged(views, composition="blend", gains=None):
     blend = Blend(HEIGHT, WIDTH, 3)
     for number, view in enumerate(views):
         gain = np.ones(3) if gains is None else gains[number]
-        score = view_score(view, doubt[number], 0.01, composition)
+        own = resized(doubt[number], WIDTH)
         for rows in (slice(0, 50), slice(50, HEIGHT)):
-            blend.add(rows, view.responses[rows] * gain.astype(np.float32), score[rows])
+            score = view_score(view, own, 0.01, composition, rows)
+            blend.add(rows, view.responses[rows] * gain.astype(np.float32), score)
     return blend.mean(), np.any([view.valid for view in views], axis=0)
 
 
