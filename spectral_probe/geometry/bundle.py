@@ -266,12 +266,15 @@ def remaining_turn(
     shift_rad: float,
 ) -> float:
     """Angle in radians by which one view would have to turn to fit a reference (N,) best: a rotation only, nothing else."""
+    counted = weight > 0.02
+    if not counted.any():
+        return 0.0
     turned, directions = correction, directions.astype(np.float32)
     for _ in range(_TURNS):
         detail, gradient, _ = sample(features, directions @ turned.astype(np.float32))
         gradient = gradient @ turned.T.astype(np.float32)
         residual = detail - reference
-        noise = max(1.4826 * float(np.median(np.abs(residual[weight > 0.02]))), 0.02)
+        noise = max(1.4826 * float(np.median(np.abs(residual[counted]))), 0.02)
         variance = noise**2 + (gradient**2).sum(-1) * shift_rad**2
         trust = weight / (variance * (1.0 + residual**2 / (_ROBUST**2 * variance)) ** 2)
         jacobian = _across(gradient, directions)

@@ -106,6 +106,18 @@ def test_one_view_needs_no_registration(surroundings):
     assert np.array_equal(view.gain, np.ones(3))
 
 
+def test_black_views_are_told_not_to_fit(surroundings):
+    def dark(_, radiance):
+        return 0 * radiance
+
+    found = register_views(
+        [surroundings().view(THREE[0], change=dark), surroundings().view(THREE[1], change=dark)]
+    )
+    assert errors_deg(found, THREE[:2]).max() < 1e-6
+    assert len(found.warnings) == 1
+    assert all(np.isfinite(view.gain).all() for view in found.views)
+
+
 def test_cropping_keeps_every_ray():
     camera = Camera((500.0, 500.0), (60.0, 50.0), (120, 100))
     pixels = np.random.default_rng(1).random((100, 120, 3))
