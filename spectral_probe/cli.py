@@ -135,7 +135,7 @@ def _parser() -> argparse.ArgumentParser:
     probe.add_argument("capture", type=Path, metavar="CAPTURE.toml", help="the capture file")
     _folder(probe)
     probe.add_argument(
-        "--width", type=int, default=2048, help="width of the panorama in pixels (default 2048)"
+        "--width", type=int, help="width of the panorama in pixels (default: as fine as the photographs)"
     )
 
     spectrum = verb(

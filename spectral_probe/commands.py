@@ -37,7 +37,7 @@ from .spectra.recovery import error_of_confidence
 type Numbers = dict[str, Any]
 
 
-def probe(capture_path: Path, directory: Path, width: int) -> Job[Numbers]:
+def probe(capture_path: Path, directory: Path, width: int | None) -> Job[Numbers]:
     """Photographs to probe.exr, spectral.exr, layers.exr, world.exr, report.json and preview.png in a folder."""
     capture = load_capture(capture_path)
     check_folder(directory)

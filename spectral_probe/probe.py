@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,75 +13,25 @@ from typing import Any
 
 import numpy as np
 
+from .composition import compose
 from .errors import CaptureError
 from .files.image_exr import write_rgb
 from .files.probe_exr import write_layers, write_probe
 from .files.spectral_exr import write_spectral_panorama
-from .geometry.ball import fit_ball
-from .geometry.camera import camera_for
-from .geometry.frames import camera_to_world, panorama_solid_angles
-from .geometry.outline import check_in_frame, detect_outlines, outline_from_circle
-from .geometry.panorama import ViewPanorama, view_panorama
-from .geometry.stitch import fill_unseen, view_weights
-from .model import (
-    BallFit,
-    BoolArray,
-    Camera,
-    Capture,
-    Job,
-    LightLayers,
-    Outline,
-    Photograph,
-    Progress,
-    RadianceImage,
-    SpectralPanorama,
-    ViewSettings,
-)
-from .photo.align import align, register
-from .photo.bracket import MergedBracket, merge_bracket
-from .photo.exposure import resolve_exposures
-from .photo.read import read_photograph
+from .geometry.frames import camera_to_world
+from .geometry.panorama import WIDTHS, natural_width
+from .geometry.registration import PlacedView, register_views, small_panorama
+from .geometry.sampling import sampling
+from .geometry.stitch import doubts
+from .model import Capture, Job, LightLayers, Progress, SpectralPanorama, part
 from .render.layers import light_layers
-from .spectra.camera import REC709, camera_names, camera_sensitivities
+from .report import probe_report
+from .spectra.camera import REC709, camera_sensitivities
 from .spectra.colorimetry import panorama_xyz, xyz_to_rec709
-from .spectra.grid import WAVELENGTHS_NM
 from .spectra.recovery import SpectralRecovery, spectral_recovery
+from .view import MeasuredView, measure_view
 
-DEFAULT_WIDTH = 2048
 _WORLD_COMMENT = "Scene-linear Rec.709, D65 white; Blender's equirectangular"
-_WIDTHS = (64, 16384)
-
-
-@dataclass(frozen=True)
-class MeasuredView:
-    """One view of the ball: its radiance image and geometry; `converted` where a tone curve had been applied (JPEG)."""
-
-    settings: ViewSettings
-    image: RadianceImage
-    camera: Camera
-    outline: Outline
-    ball: BallFit
-    converted: bool = False
-    bracket: MergedBracket | None = None
-
-    @property
-    def clipped_fraction(self) -> float:
-        """Share of the ball's pixels that are clipped in every photograph."""
-        return float(1.0 - self.image.valid[_on_ball(self.outline, self.image.valid.shape)].mean())
-
-    @property
-    def moved_fraction(self) -> float:
-        """Share of the ball's pixels where some photograph was left out because it disagrees with the others."""
-        if self.bracket is None:
-            return 0.0
-        return float(self.bracket.moved[_on_ball(self.outline, self.image.valid.shape)].mean())
-
-
-def _on_ball(outline: Outline, shape: tuple[int, ...]) -> BoolArray:
-    """Pixels (H, W) inside the outline's inscribed circle."""
-    rows, columns = np.ogrid[: shape[0], : shape[1]]
-    x, y = columns + 0.5 - outline.centre_px[0], rows + 0.5 - outline.centre_px[1]
-    return np.asarray(np.hypot(x, y) < min(outline.semi_axes_px))
 
 
 @dataclass(frozen=True)
@@ -105,7 +55,7 @@ class _Stopwatch:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
-def build_probe(capture: Capture, width: int = DEFAULT_WIDTH) -> Job[Probe]:
+def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
     """Recover the spectral panorama of a capture.
 
     Parameters
@@ -113,7 +63,8 @@ def build_probe(capture: Capture, width: int = DEFAULT_WIDTH) -> Job[Probe]:
     capture
         What was photographed, and how.
     width
-        Width of the panorama in pixels, even; the height is half of it.
+        Width of the panorama in pixels, even; the height is half of it. None: as fine as the photographs where they sample
+        most densely.
 
     Yields
     ------
@@ -128,106 +79,63 @@ def build_probe(capture: Capture, width: int = DEFAULT_WIDTH) -> Job[Probe]:
     SpectralProbeError
         If anything about the capture cannot be used; the message says what to do.
     """
-    if width % 2 or not _WIDTHS[0] <= width <= _WIDTHS[1]:
+    if width is not None and (width % 2 or not WIDTHS[0] <= width <= WIDTHS[1]):
         raise CaptureError(
-            f"A panorama's width must be an even number from {_WIDTHS[0]} to {_WIDTHS[1]}, not {width}."
+            f"A panorama's width must be an even number from {WIDTHS[0]} to {WIDTHS[1]}, not {width}."
         )
     if not capture.views:
         raise CaptureError("The capture has no view. Add a view with its photos.")
     watch = _Stopwatch()
     yield Progress(0.0, "Preparing the spectral basis")
     with watch.stage("spectra"):  # before any photograph is read: wrong names must fail at once
-        sensitivities = camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
-        recovery = spectral_recovery(sensitivities, capture.ball.material, capture.families, capture.method)
+        recovery = _recovery(capture, converted=False)
     measured: list[MeasuredView] = []
-    seen: list[ViewPanorama] = []
     for number, settings in enumerate(capture.views, start=1):
         share, label = (number - 1) / len(capture.views), f"View {number} of {len(capture.views)}"
-        yield Progress(0.02 + 0.68 * share, f"{label}: reading the photographs and finding the ball")
+        yield Progress(0.02 + 0.5 * share, f"{label}: reading the photographs and finding the ball")
         with watch.stage("photographs"):
-            view = measure_view(capture, settings)
-        yield Progress(0.02 + 0.68 * (share + 0.7 / len(capture.views)), f"{label}: unwrapping the ball")
-        with watch.stage("panorama"):
-            rotation = camera_to_world(settings.azimuth_deg, settings.elevation_deg, settings.roll_deg)
-            seen.append(view_panorama(view.image, view.camera, view.ball, rotation, width))
-        measured.append(view)
-    yield Progress(0.72, "Recovering spectra")
-    with watch.stage("spectra"):
-        if len({view.converted for view in measured}) > 1:
-            raise CaptureError("Some views are raw and some converted photographs (JPEG). Use one kind.")
-        if measured[0].converted:
-            recovery = spectral_recovery(
-                camera_sensitivities(REC709), capture.ball.material, capture.families, capture.method
-            )
-        panorama = compose(seen, recovery, _provenance(capture))
-    yield Progress(0.95, "Writing the report")
-    return Probe(panorama, _report(capture, measured, panorama, watch.seconds))
-
-
-def _check_kind(capture: Capture, photographs: Sequence[Photograph]) -> bool:
-    """Whether the photographs went through a tone curve; refuses raw of an unnamed camera, and mixtures.
-
-    A camera's own curves apply to raw only: pictures a camera or a program converted are linear Rec.709 once their
-    tone curve is undone.
-    """
-    kinds = {photograph.display_referred for photograph in photographs}
-    if len(kinds) > 1:
-        raise CaptureError("A view mixes raw and converted photographs (JPEG). Use one kind.")
-    if photographs[0].camera_raw and capture.camera.model is None and capture.camera.sensitivities is None:
-        raise CaptureError(
-            f"{photographs[0].path.name} is camera raw, so its camera must be known. Add to [camera] a model "
-            f'({", ".join(camera_names()[:-1])}) or sensitivities = "camera.csv".'
+            measured.append(measure_view(capture, settings))
+    if len({view.converted for view in measured}) > 1:
+        raise CaptureError("Some views are raw and some converted photographs (JPEG). Use one kind.")
+    if measured[0].converted:
+        with watch.stage("spectra"):
+            recovery = _recovery(capture, converted=True)
+    yield Progress(0.52, "Registering the views" if len(measured) > 1 else "Measuring the sampling")
+    placed = [_placed(view) for view in measured]
+    with watch.stage("registration"):
+        small = [small_panorama(view) for view in placed] if len(placed) > 1 else []
+        registration = register_views(placed, small)
+        doubt = np.zeros((1, 2, 4), np.float32)
+        if small:
+            turns = np.stack([view.turn for view in registration.views])
+            doubt = doubts(small, turns, np.stack([view.gain for view in registration.views]))
+        del small
+    if width is None:
+        width = natural_width([sampling(view.camera, view.ball, view.rotation) for view in placed])
+    with watch.stage("panorama"):
+        composing = compose(
+            placed, registration, doubt, recovery, _provenance(capture), width, capture.composition
         )
-    return kinds.pop()
+        composition = yield from part(composing, 0.6, 0.95)
+    yield Progress(0.95, "Writing the report")
+    report = probe_report(capture, measured, registration, composition, watch.seconds)
+    return Probe(composition.panorama, report)
 
 
-def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
-    """Read one view's bracket, find the ball in it, and merge it to radiance."""
-    photographs = [read_photograph(path) for path in settings.photos]
-    converted = _check_kind(capture, photographs)
-    exposures = resolve_exposures(photographs, settings)
-    height, width = photographs[0].pixels.shape[:2]
-    if settings.outline is not None:
-        outline = outline_from_circle(*settings.outline)
-        check_in_frame(outline, (width, height))
-        outlines = [outline] * len(photographs)
-    else:
-        outlines = detect_outlines(photographs)
-    camera = camera_for(capture.camera, photographs[0])
-    shifts = register(photographs, [(*one.centre_px, max(one.semi_axes_px)) for one in outlines])
-    bracket = merge_bracket(
-        align(photographs, shifts),
-        exposures,
-        _on_ball(outlines[0], (height, width)),
-        solve_exposures=settings.solve_exposures,
+def _recovery(capture: Capture, *, converted: bool) -> SpectralRecovery:
+    """How responses become spectra; converted pictures (JPEG) are Rec.709, whatever camera took them."""
+    sensitivities = (
+        camera_sensitivities(REC709)
+        if converted
+        else camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
     )
-    ball = fit_ball(camera, outlines[0], capture.ball.radius_m)
-    return MeasuredView(settings, bracket.image, camera, outlines[0], ball, converted, bracket)
+    return spectral_recovery(sensitivities, capture.ball.material, capture.families, capture.method)
 
 
-def compose(
-    views: Sequence[ViewPanorama], recovery: SpectralRecovery, provenance: Mapping[str, str]
-) -> SpectralPanorama:
-    """Recover every view's weights (eq. 10) and put the views together into one panorama."""
-    shares = view_weights(views)
-    height, width = shares.shape[1:]
-    weights = np.zeros((height, width, recovery.basis.shape[0]), np.float32)
-    confidence = np.zeros((height, width), np.float32)
-    for view, share in zip(views, shares, strict=True):
-        own = recovery.weights(view.responses, view.cos_incidence)
-        weights += share[..., None] * own
-        confidence += share * recovery.confidence(own, view.variance, view.cos_incidence)
-    valid: BoolArray = np.any([view.valid for view in views], axis=0)
-    known: BoolArray = shares.sum(0) > 0.5
-    return SpectralPanorama(
-        weights=fill_unseen(recovery.non_negative(weights), known),
-        bases=recovery.basis[None].copy(),
-        basis_index=np.zeros((height, width), np.uint8),
-        wavelengths_nm=WAVELENGTHS_NM,
-        valid=valid,
-        confidence=np.where(valid, confidence, 0.0).astype(np.float32),
-        provenance=provenance,
-    )
+def _placed(view: MeasuredView) -> PlacedView:
+    settings = view.settings
+    rotation = camera_to_world(settings.azimuth_deg, settings.elevation_deg, settings.roll_deg)
+    return PlacedView(view.image, view.camera, view.ball, rotation, settings.refine)
 
 
 def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
@@ -279,96 +187,3 @@ def _provenance(capture: Capture) -> dict[str, str]:
         "views": str(len(capture.views)),
         "photographs": ", ".join(photo.name for view in capture.views for photo in view.photos),
     }
-
-
-def _report(
-    capture: Capture, views: Sequence[MeasuredView], panorama: SpectralPanorama, seconds: Mapping[str, float]
-) -> dict[str, Any]:
-    height, width = panorama.valid.shape
-    solid_angles = np.broadcast_to(panorama_solid_angles(height, width), (height, width))
-    return {
-        "views": [
-            {
-                "photos": [photo.name for photo in view.settings.photos],
-                "centre_px": list(view.outline.centre_px),
-                "radius_px": list(view.outline.semi_axes_px),
-                "outline_rms_px": view.outline.rms_px,
-                "outline_given": view.settings.outline is not None,
-                "cone_angle_deg": float(np.degrees(view.ball.cone_angle_rad)),
-                "distance_m": view.ball.distance_m,
-                "focal_px": list(view.camera.focal_px),
-                "focal_source": view.camera.source,
-                "azimuth_deg": view.settings.azimuth_deg,
-                "elevation_deg": view.settings.elevation_deg,
-                "clipped_fraction": view.clipped_fraction,
-                **_bracket_report(view),
-            }
-            for view in views
-        ],
-        "blind_fraction": float(solid_angles[~panorama.valid].sum() / (4 * np.pi)),
-        "camera_curves": _curves_used(capture, views),
-        "warnings": _warnings(views),
-        "negative_fraction": _negative_fraction(panorama),
-        "median_confidence": float(np.median(panorama.confidence[panorama.valid]))
-        if panorama.valid.any()
-        else 0.0,
-        "width": width,
-        "families": list(capture.families),
-        "method": capture.method,
-        "seconds": {stage: round(value, 3) for stage, value in seconds.items()},
-    }
-
-
-def _curves_used(capture: Capture, views: Sequence[MeasuredView]) -> str:
-    if all(view.converted for view in views):
-        return REC709
-    return (
-        capture.camera.sensitivities.name if capture.camera.sensitivities else capture.camera.model or REC709
-    )
-
-
-def _bracket_report(view: MeasuredView) -> dict[str, Any]:
-    """How a view's bracket was merged; numbers that the pixels do not tell are None."""
-    if view.bracket is None:
-        return {}
-    response = view.bracket.response
-    return {
-        "exposures_s": [exposure.time_s for exposure in view.bracket.exposures],
-        "exposure_offsets_ev": [
-            None if np.isnan(offset) else round(offset, 3) for offset in view.bracket.offsets_ev
-        ],
-        "response_residual_ev": list(response.residual_ev) if response else None,
-        "moved_fraction": view.moved_fraction,
-    }
-
-
-def _warnings(views: Sequence[MeasuredView]) -> list[str]:
-    """What the user should know about how far the result can be trusted."""
-    told = []
-    if all(view.converted for view in views):
-        told.append("The photographs are converted pictures (JPEG): Rec.709's colours were assumed. Use raw.")
-    told += _bracket_warnings(views)
-    if any(view.settings.refine for view in views) and len(views) > 1:
-        told.append("Azimuths are used as given; registration of the views does not refine them yet.")
-    return told
-
-
-def _bracket_warnings(views: Sequence[MeasuredView]) -> list[str]:
-    """What was found of the brackets; what holds for all views alike is said once."""
-    views_of: dict[str, list[int]] = {}
-    for number, view in enumerate(views, start=1):
-        for warning in view.bracket.warnings if view.bracket else ():
-            views_of.setdefault(warning, []).append(number)
-    return [
-        warning
-        if len(numbers) == len(views)
-        else f"View{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}: {warning}"
-        for warning, numbers in views_of.items()
-    ]
-
-
-def _negative_fraction(panorama: SpectralPanorama) -> float:
-    """Share of spectral samples below zero (only the paper's method leaves any)."""
-    basis = panorama.bases[0].astype(np.float32)
-    count: int = sum(int(((panorama.weights @ column) < 0).sum()) for column in basis.T)
-    return float(count / (panorama.valid.size * basis.shape[-1]))

@@ -1,8 +1,13 @@
-"""Several views into one panorama: every direction is taken where it is sampled best ("image composition").
+"""Several views into one panorama, one view at a time ("image composition").
 
-A view samples a direction best where the ball faces it squarely: near the rim a pixel spans many directions and
-the outline's error grows as 1 / cos(theta_i). Towards itself a camera sees only itself, so there the other views count.
-What one view alone shows (the photographer, who walked on) gives way to what two others agree on.
+A view samples a direction best where the ball faces it squarely: near the rim a pixel spans many directions, and the
+outline's error grows, as 1 / cos(theta_i). (The solid angle of a pixel tells little: far from the camera it is the same
+all over the ball, 4 / R^2; it is its longer side that grows.) Towards itself a camera sees only itself, so there the other views
+count. What one view alone shows (the photographer, who walked on) gives way to what the others agree on.
+
+Every view gets a score in every direction, a logarithm; its share is the exponential, normalised over the views. Because scores
+may come in any order (a running maximum is kept), one view at a time is at hand in full size; what needs all views at once,
+whom to believe, is judged on small panoramas.
 """
 
 from __future__ import annotations
@@ -13,123 +18,244 @@ import cv2
 import numpy as np
 
 from ..model import BoolArray, FloatArray
+from .frames import direction_to_equirectangular, panorama_directions
 from .panorama import ViewPanorama
+from .sphere import blurred, blurred_where, padded, resized
 
 _OWN_REFLECTION_RAD = (np.radians(9.0), np.radians(16.0))
 """Within the first angle of its own direction a view shows the camera; beyond the second it does not."""
 
-_LAST_RESORT = 1e-4
-"""Weight of a camera's own reflection where no other view helps."""
+_LAST_RESORT = -40.0
+"""Score of a camera's own reflection, for where no other view helps: less than any view's rim."""
+
+_PHOTOGRAPHER_RAD = (np.radians(25.0), np.radians(55.0))
+"""Within the first angle of its own direction a view may show the photographer; beyond the second it does not. Where views
+disagree, this decides whose word counts."""
+
+_LEAST_VOTE = 0.02
+"""How much a view's word counts where it may show the photographer."""
 
 _DISAGREEMENT = 0.08
 """Distance from the median of the views, in natural logarithm of radiance, beyond which a view is doubted."""
 
-_LEAST_TRUST = 1e-6
-"""Nothing is wholly disbelieved: where a doubted view is the only one, it counts."""
+_MOST_DOUBT = 200.0
+"""Nothing is wholly disbelieved: where a doubted view is the only one, it counts. As a score, above `_CLIPPED`."""
+
+_SPREADS = 1.5
+"""Where the views differ from their median by more than `_DISAGREEMENT` in the median, this many times as much is allowed."""
 
 _AGREEMENT_WIDTH_RAD = np.radians(1.5)
 """Standard deviation of the blur under which views are compared: wider than their registration and noise."""
 
+_TRUST_WIDTH = 256
+"""Width of the panoramas on which views are compared, in pixels of 1.4 degrees."""
+
 _SHARPNESS = 6
 """Power of the sampling quality: high enough that seams are short, low enough that noise averages."""
 
+_CUT = 1e4
+"""Score per radian of the plain cut: its seams are a hundredth of a degree wide."""
 
-def view_weights(views: Sequence[ViewPanorama]) -> FloatArray:
-    """Share of each view in every direction, (V, H, W) float32, summing to one where any view is valid, else 0.
+_CLIPPED = -1e5
+"""Score of what a view has clipped: it counts only where every view has."""
 
-    Directions that every view that sees them has clipped get the shares of those views all the same: what they hold is
-    a lower bound, and better than nothing; `valid` of the result tells.
-
-    Examples
-    --------
-    >>> flat = np.ones((1, 2), np.float32)
-    >>> view = ViewPanorama(np.ones((1, 2, 3)), np.ones((1, 2, 3)), flat, flat, flat > 0, flat > 0)
-    >>> view_weights([view, view]).tolist()
-    [[[0.5, 0.5]], [[0.5, 0.5]]]
-    """
-    any_valid = np.any([view.valid for view in views], axis=0)
-    quality = np.stack([_quality(view, np.where(any_valid, view.valid, view.seen)) for view in views])
-    if len(views) >= 3:
-        quality *= _trust(views, any_valid)
-    total = quality.sum(0)
-    return np.asarray(quality / np.where(total > 0, total, 1.0), np.float32)
+_NEVER = -1e30
 
 
-def _quality(view: ViewPanorama, usable: BoolArray) -> FloatArray:
-    first, last = _OWN_REFLECTION_RAD
-    ramp = np.clip((view.facing_rad - first) / (last - first), 0.0, 1.0)
-    shown = np.maximum(ramp * ramp * (3 - 2 * ramp), _LAST_RESORT)
-    return np.where(usable, np.maximum(view.cos_incidence, 1e-3) ** _SHARPNESS * shown, 0.0)
-
-
-def _trust(views: Sequence[ViewPanorama], any_valid: BoolArray) -> FloatArray:
-    """How far each view is to be believed in every direction, (V, H, W) in 0..1.
-
-    A view's disagreement is its distance from the median of all that see the direction; what nobody else shows loses.
-    Where fewer than three see a direction nobody can say who is right, and all are believed.
-    """
-    seen = np.stack(
-        [np.where(any_valid, view.valid, view.seen) for view in views]
-    )  # clipped views know no better
-    logs = np.ma.array([_blurred_log(view) for view in views], mask=np.repeat(~seen[..., None], 3, axis=-1))
-    distance = np.abs(logs - np.ma.median(logs, axis=0)).mean(-1).filled(0.0)
-    excess = np.where(seen.sum(0) >= 3, np.maximum(distance - _DISAGREEMENT, 0.0), 0.0)
-    return np.asarray(np.maximum(np.exp(-((excess / _DISAGREEMENT) ** 2)), _LEAST_TRUST), np.float32)
-
-
-def _blurred_log(view: ViewPanorama) -> FloatArray:
-    """Logarithm of the responses, blurred over the sphere's texels that the view saw; a floor keeps noise in the dark out."""
-    width = view.seen.shape[1]
-    floor = max(0.02 * float(np.median(view.responses[view.seen])), 1e-30) if view.seen.any() else 1.0
-    log = np.log(np.maximum(view.responses, 0.0) + floor).astype(np.float32)
-    seen = view.seen.astype(np.float32)
-    sigma = _AGREEMENT_WIDTH_RAD * width / (2 * np.pi)
-    margin = min(int(np.ceil(4 * sigma)), width)
-    blurred = []
-    for channel in (*np.moveaxis(log * seen[..., None], -1, 0), seen):
-        around = np.pad(channel, ((0, 0), (margin, margin)), mode="wrap")  # a panorama goes round
-        blurred.append(
-            cv2.GaussianBlur(around, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)[:, margin : margin + width]
-        )
-    return np.asarray(np.stack(blurred[:3], axis=-1) / np.maximum(blurred[3], 1e-6)[..., None])
-
-
-def fill_unseen(values: FloatArray, known: BoolArray) -> FloatArray:
-    """Values of directions nobody saw, from their surroundings: pull-push over halved resolutions.
+def view_score(
+    view: ViewPanorama,
+    doubt: FloatArray,
+    pixel_rad: float,
+    composition: str = "blend",
+    rows: slice = slice(None),
+) -> FloatArray:
+    """Score of a view in every direction, (h, W) float32: the logarithm of its share before normalisation.
 
     Parameters
     ----------
-    values
-        (H, W, K).
-    known
-        (H, W) where `values` are to be kept.
-
-    Returns
-    -------
-    ndarray
-        (H, W, K) float32; the known ones unchanged. All zero where nothing is known.
+    view
+        The view's panorama, (H, W).
+    doubt
+        (H, W) how little the view is to be believed (`doubts`, `sphere.resized` to the panorama).
+    pixel_rad
+        Angle that one of its pixels spans where the ball faces the camera.
+    composition
+        "blend": where it samples best, blended; or "cut", the paper's plain cut: the view whose camera is nearest in angle. For
+        cameras on the horizon that is phi within 60 degrees of the direction from the ball to each of three, within 90 of each
+        of two, and what no cut covers goes to the nearest.
+    rows
+        The rows wanted; all by default.
     """
-    values = np.asarray(values, np.float32)
-    if known.all() or not known.any():
-        return values if known.any() else np.zeros_like(values)
-    return np.where(known[..., None], values, _pull_push(values * known[..., None], known.astype(np.float32)))
+    if composition == "cut":
+        score = -_CUT * view.facing_rad[rows]
+    else:
+        shown = _smooth_step(view.facing_rad[rows], *_OWN_REFLECTION_RAD)
+        sampling = np.log(np.maximum(view.cos_incidence[rows], 1e-3) / np.float32(pixel_rad))
+        score = _SHARPNESS * sampling + _LAST_RESORT * (1 - shown) - doubt[rows]
+    score = np.where(view.valid[rows], score, score + np.float32(_CLIPPED))
+    return np.asarray(np.where(view.seen[rows], score, _NEVER), np.float32)
 
 
-def _pull_push(weighted: FloatArray, weight: FloatArray) -> FloatArray:
-    height, width = weight.shape
-    mean = weighted / np.maximum(weight, 1e-6)[..., None]
-    if min(height, width) <= 1 or weight.min() > 0.5:
-        return mean
-    half = (max(width // 2, 1), max(height // 2, 1))
-    smaller = np.dstack(
-        [cv2.resize(channel, half, interpolation=cv2.INTER_AREA) for channel in np.moveaxis(weighted, -1, 0)]
+def _smooth_step(value: FloatArray, first: float, last: float) -> FloatArray:
+    ramp = np.clip((value - np.float32(first)) / np.float32(last - first), 0.0, 1.0)
+    return np.asarray(ramp * ramp * (3 - 2 * ramp))
+
+
+class Blend:
+    """A weighted mean of views that come one after the other, with shares exp(score) whatever the size of the scores.
+
+    Examples
+    --------
+    >>> blend = Blend(1, 1, 2)
+    >>> blend.add(slice(0, 1), np.array([[[1.0, 5.0]]]), np.array([[2000.0]]))
+    >>> blend.add(slice(0, 1), np.array([[[3.0, 7.0]]]), np.array([[2000.0]]))
+    >>> blend.mean().tolist()
+    [[[2.0, 6.0]]]
+    """
+
+    def __init__(self, height: int, width: int, channels: int) -> None:
+        self._sum = np.zeros((height, width, channels), np.float32)
+        self._total = np.zeros((height, width), np.float32)
+        self._best = np.full((height, width), _NEVER, np.float32)
+
+    def add(self, rows: slice, values: FloatArray, score: FloatArray) -> None:
+        """Add some rows of a view: values (h, W, C) and their score (h, W)."""
+        best = np.maximum(self._best[rows], score)
+        before = np.exp(self._best[rows] - best)
+        share = np.where(score > _NEVER, np.exp(score - best), 0.0).astype(np.float32)
+        self._total[rows] = self._total[rows] * before + share
+        self._sum[rows] *= before[..., None]
+        self._sum[rows] += share[..., None] * values
+        self._best[rows] = best
+
+    @property
+    def known(self) -> BoolArray:
+        """(H, W) where any view was added."""
+        return np.asarray(self._total > 0)
+
+    def mean(self) -> FloatArray:
+        """The mean, (H, W, C) float32, 0 where nothing is known. It takes the memory of the sums: nothing can be added after."""
+        self._sum /= np.where(self._total > 0, self._total, 1.0)[..., None]
+        return self._sum
+
+
+def doubts(
+    panoramas: Sequence[ViewPanorama], corrections: FloatArray | None = None, gains: FloatArray | None = None
+) -> FloatArray:
+    """How little each view is to be believed in every direction, as a score to subtract, (V, h, w) float32.
+
+    A view's disagreement is its distance from the weighted median of all that see the direction; what nobody else shows
+    loses. A view counts less in the median towards the rim and around its own camera, where the photographer stands: so of two
+    views that disagree there, the other is believed, and of two that disagree elsewhere the one that sees better.
+
+    Parameters
+    ----------
+    panoramas
+        Small panoramas of the views.
+    corrections
+        (V, 3, 3) rotations from their frames to the world; none by default.
+    gains
+        (V, 3) factors of their responses; one by default.
+    """
+    views = len(panoramas)
+    if corrections is None:
+        corrections = np.tile(np.eye(3), (views, 1, 1))
+    if gains is None:
+        gains = np.ones((views, 3))
+    floor = 0.02 * np.median([_median_response(view) for view in panoramas])
+    parts = [
+        _compared(view, correction, gain, floor)
+        for view, correction, gain in zip(panoramas, corrections, gains, strict=True)
+    ]
+    logs, votes, seen, valid = (np.stack(part) for part in zip(*parts, strict=True))
+    counted = np.where(valid.any(0), valid, seen)  # clipped views know no better
+    votes = votes * counted
+    distance = np.abs(logs - _weighted_median(logs, votes)).mean(-1)
+    allowed = np.full(distance.shape[1:], _DISAGREEMENT, np.float32)
+    if views > 2:  # where all differ (things near the ball) no view is more to be doubted than another
+        spread = _weighted_median(distance[..., None], votes)[..., 0]
+        allowed = np.where(counted.sum(0) > 2, np.maximum(allowed, _SPREADS * spread), allowed)
+    times = np.where(counted, np.maximum(distance - allowed, 0.0) / allowed, 0.0)
+    doubt = np.minimum(times**2 / (1.0 + 0.5 * times), _MOST_DOUBT)
+    return np.stack([blurred(own, _AGREEMENT_WIDTH_RAD) for own in doubt])
+
+
+def _median_response(view: ViewPanorama) -> float:
+    return max(float(np.median(view.responses[view.seen])), 1e-30) if view.seen.any() else 1.0
+
+
+def _compared(
+    view: ViewPanorama, correction: FloatArray, gain: FloatArray, floor: float
+) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
+    """A view in the world, small: blurred logarithm (h, w, 3), its vote (h, w), and where it saw and was not clipped."""
+    log = np.log(np.maximum(view.responses, 0.0) * gain.astype(np.float32) + np.float32(floor))
+    first, last = _PHOTOGRAPHER_RAD
+    own = _LEAST_VOTE + (1 - _LEAST_VOTE) * _smooth_step(view.facing_rad, first, last)
+    seen = view.seen.astype(np.float32)
+    small = [
+        resized(np.dstack([log * seen[..., None], seen]).astype(np.float32), _TRUST_WIDTH),
+        resized(np.dstack([view.cos_incidence * own, view.valid]).astype(np.float32), _TRUST_WIDTH),
+    ]
+    if not np.array_equal(correction, np.eye(3)):
+        small = [_turned(part, correction) for part in small]
+    known = small[0][..., 3]
+    log = small[0][..., :3] / np.maximum(known, 1e-6)[..., None]
+    blur = blurred_where(log, (known > 0.5).astype(np.float32), _AGREEMENT_WIDTH_RAD)
+    return blur, np.maximum(small[1][..., 0], 1e-4), known > 0.5, small[1][..., 1] > 0.9
+
+
+def _turned(values: FloatArray, correction: FloatArray) -> FloatArray:
+    """A panorama (h, w, C) turned into the world."""
+    height, width = values.shape[:2]
+    directions = panorama_directions(height, width) @ correction
+    points = (direction_to_equirectangular(directions, height, width) + 0.5).astype(
+        np.float32
+    )  # one texel of padding
+    return np.asarray(cv2.remap(padded(values, 1, 1), points, None, cv2.INTER_LINEAR))
+
+
+def _weighted_median(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Median over the first axis of (V, h, w, C) with weights (V, h, w), between the two nearest in proportion: (h, w, C).
+
+    For two views it is their weighted mean, so neither wins by chance.
+    """
+    order = np.argsort(values, axis=0)
+    ordered = np.take_along_axis(values, order, axis=0)
+    weight = np.take_along_axis(np.broadcast_to(weights[..., None], values.shape), order, axis=0)
+    above = np.cumsum(weight, axis=0)
+    place = (above - 0.5 * weight) / np.maximum(above[-1], 1e-12)  # of each value's middle, in 0..1
+    used = weight > 0
+    result = np.zeros(values.shape[1:])
+    last_place, last = np.zeros_like(result), np.zeros_like(result)
+    started, done = np.zeros(result.shape, bool), np.zeros(result.shape, bool)
+    for value, here, counts in zip(ordered, place, used, strict=True):
+        reached = counts & (here >= 0.5) & ~done
+        share = np.where(started, (0.5 - last_place) / np.maximum(here - last_place, 1e-9), 1.0)
+        result = np.where(reached, last + share * (value - last), result)
+        done |= reached
+        result = np.where(counts & ~done, value, result)  # what lies highest, should none reach the middle
+        last, last_place = np.where(counts, value, last), np.where(counts, here, last_place)
+        started |= counts
+    return np.asarray(result, np.float32)
+
+
+def view_weights(views: Sequence[ViewPanorama], composition: str = "blend") -> FloatArray:
+    """Share of each view in every direction, (V, H, W) float32, summing to one where any view sees, else 0.
+
+    Directions that every view that sees them has clipped get the shares of those views all the same: what they hold is
+    a lower bound, and better than nothing; `valid` of the result tells. `Blend` does the same without all views at hand.
+
+    Examples
+    --------
+    >>> flat = np.ones((2, 4), np.float32)
+    >>> view = ViewPanorama(np.ones((2, 4, 3)), np.ones((2, 4, 3)), flat, flat, flat > 0, flat > 0)
+    >>> view_weights([view, view])[0, 0].tolist()
+    [0.5, 0.5, 0.5, 0.5]
+    """
+    doubt = [resized(own, views[0].seen.shape[1]) for own in doubts(views)]
+    scores = np.stack(
+        [view_score(view, own, 1.0, composition) for view, own in zip(views, doubt, strict=True)]
     )
-    below = _pull_push(smaller, cv2.resize(weight, half, interpolation=cv2.INTER_AREA))
-    filled = np.dstack(
-        [
-            cv2.resize(channel, (width, height), interpolation=cv2.INTER_LINEAR)
-            for channel in np.moveaxis(below, -1, 0)
-        ]
-    )
-    share = np.clip(weight, 0.0, 1.0)[..., None]
-    return np.asarray(share * mean + (1 - share) * filled)
+    best = scores.max(0)
+    shares = np.where(scores > _NEVER, np.exp(scores - best), 0.0)
+    return np.asarray(shares / np.maximum(shares.sum(0), 1e-30), np.float32)
