@@ -20,7 +20,7 @@ from .files.spectral_exr import write_spectral_panorama
 from .geometry.ball import fit_ball
 from .geometry.camera import camera_for
 from .geometry.frames import camera_to_world, panorama_solid_angles
-from .geometry.outline import check_in_frame, detect_outlines, outline_from_circle
+from .geometry.outline import check_in_frame, find_ball, outline_from_circle
 from .geometry.panorama import ViewPanorama, view_panorama
 from .geometry.stitch import fill_unseen, view_weights
 from .model import (
@@ -176,13 +176,14 @@ def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
     converted = _check_kind(capture, photographs)
     exposures = resolve_exposures(photographs, settings)
     height, width = photographs[0].pixels.shape[:2]
+    camera = camera_for(capture.camera, photographs[0])
+    outlines: Sequence[Outline]
     if settings.outline is not None:
         outline = outline_from_circle(*settings.outline)
-        check_in_frame(outline, (width, height))
+        check_in_frame(outline, (width, height), given=True)
         outlines = [outline] * len(photographs)
     else:
-        outlines = detect_outlines(photographs)
-    camera = camera_for(capture.camera, photographs[0])
+        outlines = find_ball(photographs, camera, settings.ball_at).outlines
     image = merge(align(photographs, outlines), exposures)
     ball = fit_ball(camera, outlines[0], capture.ball.radius_m)
     return MeasuredView(settings, image, camera, outlines[0], ball, converted)

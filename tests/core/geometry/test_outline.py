@@ -14,7 +14,7 @@ from spectral_probe.geometry.outline import (
     detect_outlines,
     outline_from_circle,
 )
-from spectral_probe.geometry.rim import Ellipse
+from spectral_probe.geometry.ellipse import Ellipse
 from spectral_probe.model import Photograph
 from spectral_probe.photo.read import read_photograph, srgb_to_linear
 
