@@ -296,6 +296,7 @@ def _search(
             return _Sighting(near[0], tuple(near[:1]))
     circles = find_circles(photographs)
     good = [circle for circle in circles if _is_ball(circle)]
+    seen = good
     if ball_at is not None:
         good = [one for one in good if np.hypot(one.x - ball_at[0], one.y - ball_at[1]) < one.radius]
     if not good:
@@ -306,7 +307,7 @@ def _search(
     rivals = [chosen]
     if chosen == balls[0]:  # not where it was found to be the ring that a wall makes
         rivals += [one for one in circles if _rival(one, chosen)]
-    others = tuple(one for one in balls[1:] if _disjoint(one, chosen))
+    others = tuple(one for one in _apart(seen) if _disjoint(one, chosen))
     return _Sighting(chosen, tuple(rivals[:RIVALS]), others)
 
 

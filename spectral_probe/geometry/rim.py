@@ -31,6 +31,7 @@ from .rim_profile import (
 from .rim_shape import RimShape
 from .unrolled import (
     ANGLES,
+    SEARCH_WEIGHTS,
     Circle,
     PolarEvidence,
     best_circle,
@@ -136,8 +137,8 @@ def _first_rim(
     field = ring_field(photographs, shifts_px, (base.x, base.y, ellipse.major), level, span)
     evidence = polar_evidence(field, base, span, bulge)
     starts = [ellipse]
-    for refined in (True, False):
-        best = best_circle(evidence, base, reach, refined)
+    for weights in (SEARCH_WEIGHTS, SEARCH_WEIGHTS[:1], (0.0,)):
+        best = best_circle(evidence, base, reach, weights)
         change = np.array([best.x - base.x, best.y - base.y, best.radius - base.radius])
         starts.append(ellipse.changed(change))
     tendency = _perspective(ellipse, photographs[0], shifts_px[0])

@@ -26,14 +26,14 @@ FAINT, FAINT_COVERAGE, FAINT_SIGNIFICANCE = 0.1, 0.65, 80.0
 """For circles outside the chosen one: the `NEIGHBOURS` that lets faint edges count, and what they must reach. Round balls
 found rightly the best such circle reaches 0.57; round a ring inside the ball the true rim reached 0.73."""
 
-REFINED_WEIGHT, REFINED_REACH, WORTH_WEIGHT = 0.3, 0.03, 0.6
-"""The same weight, and the reach in radii, when a circle found by its inside is laid on the edges, and the weight when outlines
-that lie on edges are compared."""
+INSIDE_BAND, GAP_PX = 0.06, 1.5
+"""Width in radii of the bands inside and outside a circle that are compared, and their distance from it in pixels of the
+unrolled picture. Within a ball's rim gradients run across it: (radial^2 - tangential^2) / (radial^2 + tangential^2) is 0.6 to
+0.9 there, in rooms and outdoors alike, and 0.0 to 0.3 just outside."""
 
-INSIDE_BAND, GAP_PX, INSIDE_WEIGHT = 0.06, 1.5, 1.5
-"""Width in radii of the bands inside and outside a circle that are compared, their distance from it in pixels of the unrolled
-picture, and what that counts for against the share of edges. Within a ball's rim gradients run across it: (radial^2 -
-tangential^2) / (radial^2 + tangential^2) is 0.6 to 0.9 there, in rooms and outdoors alike, and 0.0 to 0.3 just outside."""
+SEARCH_WEIGHTS, REFINED_REACH, WORTH_WEIGHT = (1.5, 0.0), 0.03, 0.6
+"""What that contrast counts for against the share of edges: when a circle is looked for, and when it is then laid on the edges,
+within so many radii; and when outlines that lie on edges are compared."""
 
 EVIDENCE_RADIUS_PX = 120.0
 """Radius to which a candidate is scaled before it is unrolled."""
@@ -177,27 +177,28 @@ def _sums_along(
     return table.ravel().take(index).sum(axis=1), seen.ravel().take(index).sum(axis=1, dtype=np.int32)
 
 
-def best_circle(evidence: PolarEvidence, start: Circle, reach: float, refined: bool = True) -> Circle:
+def best_circle(
+    evidence: PolarEvidence, start: Circle, reach: float, weights: Sequence[float] = SEARCH_WEIGHTS
+) -> Circle:
     """The circle within +- `reach` radii of `start` (in x, y and radius) that is most likely a ball's outline.
 
     First the one within which things run along it and outside which they do not: that is hardly ever mistaken, but blurred
-    edges at the rim draw it outwards. Then, if `refined`, near that one, the circle that most edges lie along.
+    edges at the rim draw it outwards. Then, near that one, the circle that most edges lie along. `weights` are what the first
+    counts for against the second in each of the steps.
     """
     best, contrast = np.zeros(3), 0.0
-    stages = ((INSIDE_WEIGHT, reach), (REFINED_WEIGHT, min(REFINED_REACH, reach)))
-    for weight, most in stages if refined else stages[:1]:
+    for step, weight in enumerate(weights):
         value = evidence.strength + weight * evidence.inside_out
+        most = reach if step == 0 else min(REFINED_REACH, reach)
         steps = np.linspace(-most, most, 13) * start.radius
-        for every in (
-            (3, 1) if weight == INSIDE_WEIGHT else (2, 1, 1)
-        ):  # some of the angles tell enough to begin with
+        for every in (3, 1) if step == 0 else (2, 1, 1):  # some of the angles tell enough to begin with
             change = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3) + best
             total, count = _sums_along(evidence, value, change, every)
             visible = count / len(evidence.angles_rad[::every])
             score = total / np.maximum(count, 1) * visible**0.3  # leaving the frame must not pay
             best = change[int(score.argmax())]
             steps = np.linspace(-1.0, 1.0, 5) * (steps[1] - steps[0])
-        if weight == INSIDE_WEIGHT:
+        if step == 0:
             total, count = _sums_along(evidence, evidence.inside_out, best[None], 1)
             contrast = float(total[0] / max(int(count[0]), 1))
     return replace(_judged(evidence, start, best), contrast=contrast)
