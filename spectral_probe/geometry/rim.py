@@ -62,8 +62,8 @@ ELLIPTICITY_GAIN = 0.08
 """An ellipse must find edges along this much more of the rim than a circle; with two more parameters noise alone
 finds a little more."""
 
-NEAR = 0.027
-"""Outlines so near to each other, in radii, are readings of the same edge."""
+CLEARLY = 0.1
+"""What the worth of outlines must differ by to count."""
 
 USUAL_FOCAL = 0.75
 """Focal length over the frame's long side where nobody says: 27 mm on film, as of phones and the short end of zooms."""
@@ -224,16 +224,12 @@ def _best_of(
 def _chosen(rated: Sequence[tuple[Ellipse, float, float]]) -> int:
     """Which of ellipses with their worth and their coverage is the rim.
 
-    The worth tells the rim from rings within the ball, but a blurred rim draws it outwards: of those near the worthiest,
-    the one counts that most edges lie along.
+    Most edges lie along it, but for a ring within the ball: that is told by a rival's clearly higher worth. A little higher
+    means nothing, since a blurred rim draws the worthiest outwards.
     """
-    best: Ellipse = max(rated, key=lambda one: one[1])[0]
-    near = [index for index, one in enumerate(rated) if _apart(one[0], best) < NEAR * best.radius]
-    return max(near, key=lambda index: rated[index][2])
-
-
-def _apart(one: Ellipse, other: Ellipse) -> float:
-    return float(np.hypot(one.x - other.x, one.y - other.y)) + abs(one.radius - other.radius)
+    best = max(range(len(rated)), key=lambda index: rated[index][2])
+    worthiest = max(range(len(rated)), key=lambda index: rated[index][1])
+    return worthiest if rated[worthiest][1] > rated[best][1] + CLEARLY else best
 
 
 def _perspective(ellipse: Ellipse, photograph: Photograph, shift_px: FloatArray) -> complex:

@@ -31,7 +31,7 @@ INSIDE_BAND, GAP_PX = 0.06, 1.5
 unrolled picture. Within a ball's rim gradients run across it: (radial^2 - tangential^2) / (radial^2 + tangential^2) is 0.6 to
 0.9 there, in rooms and outdoors alike, and 0.0 to 0.3 just outside."""
 
-SEARCH_WEIGHTS, REFINED_REACH, WORTH_WEIGHT = (1.5, 0.0), 0.03, 0.6
+SEARCH_WEIGHTS, REFINED_REACH, WORTH_WEIGHT = (1.5, 0.3), 0.03, 0.6
 """What that contrast counts for against the share of edges: when a circle is looked for, and when it is then laid on the edges,
 within so many radii; and when outlines that lie on edges are compared."""
 
