@@ -26,7 +26,7 @@ def find_outlines(views: dict[int, ViewSettings], directory: Path) -> Job[list[F
     """Detect the outline in each view, or take the circle given, and draw it into `directory`."""
     from ..spectral_probe.figures.display import write_png
     from ..spectral_probe.figures.outline import outline_picture
-    from ..spectral_probe.geometry.outline import check_in_frame, detect_outline, outline_from_circle
+    from ..spectral_probe.geometry.outline import check_in_frame, find_ball, outline_from_circle
     from ..spectral_probe.photo.read import read_photograph
 
     found = []
@@ -35,11 +35,11 @@ def find_outlines(views: dict[int, ViewSettings], directory: Path) -> Job[list[F
         photographs = [read_photograph(path) for path in view.photos]
         yield Progress((done + 0.6) / len(views), f"View {number + 1}: finding the ball")
         if view.outline is None:
-            outline = detect_outline(photographs)
+            outline = find_ball(photographs, ball_at=view.ball_at).outlines[0]
         else:
             outline = outline_from_circle(*view.outline)
             height, width = photographs[0].pixels.shape[:2]
-            check_in_frame(outline, (width, height))
+            check_in_frame(outline, (width, height), given=True)
         picture = directory / f"outline_{number + 1}.png"
         write_png(picture, outline_picture(photographs[len(photographs) // 2], outline))
         found.append(FoundOutline(number, outline, picture))

@@ -68,9 +68,7 @@ class MeasuredView:
         return on_ball(self.outline, self.image.valid.shape, self.corner_px)
 
 
-def on_ball(
-    outline: Outline, shape: tuple[int, ...], corner_px: tuple[int, int] = (0, 0)
-) -> BoolArray:
+def on_ball(outline: Outline, shape: tuple[int, ...], corner_px: tuple[int, int] = (0, 0)) -> BoolArray:
     """Pixels (H, W) inside the outline's inscribed circle, of a picture that begins at `corner_px`."""
     rows, columns = np.ogrid[: shape[0], : shape[1]]
     x = columns + 0.5 + corner_px[0] - outline.centre_px[0]
@@ -159,7 +157,10 @@ def _merged(
     height, width = parts[0].clipped.shape
     corner_px = (int(first[0]), int(first[1]))
     bracket = merge_bracket(
-        aligned, stated, on_ball(outline, (height, width), corner_px), solve_exposures=settings.solve_exposures
+        aligned,
+        stated,
+        on_ball(outline, (height, width), corner_px),
+        solve_exposures=settings.solve_exposures,
     )
     principal = (camera.principal_px[0] - corner_px[0], camera.principal_px[1] - corner_px[1])
     return bracket, replace(camera, principal_px=principal, size_px=(width, height)), corner_px

@@ -12,62 +12,195 @@ import numpy as np
 
 from ..errors import OutlineError
 from ..model import BallFit, BoolArray, Camera, FloatArray, Outline
-from .camera import pixel_rays
+from .camera import pixel_rays, project
 from .interpolate import bilinear
 
-_ROBUST_ROUNDS = 20
-_SMALLEST_SCALE_RAD = 1e-7
+_ROBUST_ROUNDS = 30
 _TABLE_SAMPLES = 20001
+
+OUTLIER = 3.0
+"""Residuals beyond so many robust standard deviations do not count."""
+
+GIVEN_ERROR_PX = 0.5
+"""How far an outline without residuals (a circle given by hand) is assumed to be off, in centre and radius."""
 
 
 def fit_ball(camera: Camera, outline: Outline, radius_m: float) -> BallFit:
-    """The ball's centre from its outline.
+    """The ball's centre from its outline, and how well it is known.
 
     The rays through the outline make a circular cone about the direction C of the ball's centre: C . b = cos(xi) for
-    unit rays b is linear in C / cos(xi), so the cone is a plane fitted to unit rays. The fit is repeated with
-    weights that fall with the residual (Geman-McClure), so that a stretch of false edge does not pull it.
+    unit rays b is linear in C / cos(xi), so the cone is a plane fitted to unit rays. From there the angles between rays and
+    cone are made smallest (Gauss-Newton) without the points beyond three standard deviations, so that a stretch of false
+    edge does not pull it.
 
     Parameters
     ----------
     camera
         The camera's intrinsics.
     outline
-        Sub-pixel points of the outline.
+        Sub-pixel points of the outline. Where they have no residuals (a circle given by hand) the covariance is that of
+        `error_px`, or of half a pixel in the centre and the radius where that is not given either.
     radius_m
         The ball's radius r.
 
     Returns
     -------
     BallFit
-        M with |M| = d = r / sin(xi).
+        M with |M| = d = r / sin(xi), and the covariance of C and xi.
 
     Raises
     ------
     OutlineError
         If the points do not make a cone.
     """
-    rays = pixel_rays(camera, outline.points_px)
-    weights = np.ones(len(rays))
+    points = np.asarray(outline.points_px, float)
+    rays = pixel_rays(camera, points)
+    axis, angle = cone_of_rays(rays, _trusted(rays))
+    used = np.ones(len(rays), bool)
     for _ in range(_ROBUST_ROUNDS):
-        axis, cone_angle = _cone(rays, weights)
-        residual = np.arccos(np.clip(rays @ axis, -1.0, 1.0)) - cone_angle
-        scale = max(1.4826 * float(np.median(np.abs(residual))), _SMALLEST_SCALE_RAD)
-        weights = 1.0 / (1.0 + (residual / (2.0 * scale)) ** 2) ** 2
-    rms = float(np.sqrt((weights * residual**2).sum() / weights.sum()))
-    return BallFit(axis * radius_m / np.sin(cone_angle), radius_m, cone_angle, rms)
+        residual, jacobian = _cone_residuals(rays, axis, angle)
+        scale = 1.4826 * float(np.median(np.abs(residual)))
+        now = np.abs(residual) <= OUTLIER * scale + 1e-12
+        step = np.linalg.lstsq(jacobian[now], residual[now], rcond=None)[0]
+        axis, angle = _moved_cone(axis, angle, step)
+        settled = np.abs(step).max() < 1e-10 and (now == used).all()
+        used = now
+        if settled:
+            break
+    residual, jacobian = _cone_residuals(rays, axis, angle)
+    if not 0.0 < angle < np.pi / 2:
+        raise OutlineError(_NOT_A_BALL)
+    rad_per_px = _angle_of_a_pixel(camera, points, rays, axis)
+    covariance = _covariance(outline, jacobian[used], residual[used], float(rad_per_px.mean()))
+    return BallFit(
+        axis * radius_m / np.sin(angle),
+        radius_m,
+        angle,
+        float(np.sqrt(np.mean(residual[used] ** 2))),
+        covariance,
+        points,
+        residual / rad_per_px,
+        used,
+    )
 
 
-def _cone(rays: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
-    """Axis and half angle of the cone through unit rays, by weighted total least squares of a plane."""
+_NOT_A_BALL = "The outline is not that of a ball. Write another: outline = [cx, cy, r] in pixels."
+
+
+def cone_of_rays(rays: FloatArray, weights: FloatArray | None = None) -> tuple[FloatArray, float]:
+    """Axis and half angle of the cone through unit rays (N, 3), by weighted total least squares of a plane.
+
+    Examples
+    --------
+    >>> axis, angle = cone_of_rays(cone_rays(np.array([0.0, 0.6, 0.8]), 0.1, np.arange(6.0)))
+    >>> axis.round(9).tolist(), round(angle, 9)
+    ([0.0, 0.6, 0.8], 0.1)
+    """
     if len(rays) < 3:
-        raise OutlineError("The ball's outline has fewer than three points. Give it: outline = [cx, cy, r].")
+        raise OutlineError(
+            "The ball's outline has fewer than three points. Write it: outline = [cx, cy, r] in pixels."
+        )
+    weights = np.ones(len(rays)) if weights is None else weights
     centre = (weights[:, None] * rays).sum(0) / weights.sum()
-    _, _, rows = np.linalg.svd(np.sqrt(weights)[:, None] * (rays - centre), full_matrices=False)
-    axis = rows[2] * np.sign(rows[2] @ centre)
+    scatter = (weights[:, None] * (rays - centre)).T @ (rays - centre)
+    axis = np.linalg.eigh(scatter)[1][:, 0]
+    axis = axis * np.sign(axis @ centre)
     cosine = float(axis @ centre)
     if not 0.0 < cosine < 1.0:
-        raise OutlineError("The outline found is not that of a ball. Give it: outline = [cx, cy, r].")
+        raise OutlineError(_NOT_A_BALL)
     return axis, float(np.arccos(cosine))
+
+
+def cone_rays(axis: FloatArray, angle_rad: float, turns_rad: FloatArray) -> FloatArray:
+    """Unit rays (N, 3) of the cone of a half angle about an axis (3,), at angles round it."""
+    right, down = _tangents(axis)
+    across = np.cos(turns_rad)[:, None] * right + np.sin(turns_rad)[:, None] * down
+    return np.asarray(np.cos(angle_rad) * axis + np.sin(angle_rad) * across)
+
+
+def _tangents(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """`BallFit.axis_tangents` of an axis."""
+    right = np.cross([0.0, 1.0, 0.0], axis)
+    right /= np.linalg.norm(right)
+    return right, np.cross(axis, right)
+
+
+def _trusted(rays: FloatArray) -> FloatArray:
+    """Weights (N,) of rays that lie near the cone that most of them make (Geman-McClure)."""
+    weights = np.ones(len(rays))
+    for _ in range(20):
+        axis, angle = cone_of_rays(rays, weights)
+        residual = np.arccos(np.clip(rays @ axis, -1.0, 1.0)) - angle
+        scale = max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
+        weights = 1.0 / (1.0 + (residual / (2.0 * scale)) ** 2) ** 2
+    return weights
+
+
+def _cone_residuals(rays: FloatArray, axis: FloatArray, angle_rad: float) -> tuple[FloatArray, FloatArray]:
+    """Angles (N,) of rays outside the cone, and their change (N, 3) when the cone turns right, down, and opens."""
+    right, down = _tangents(axis)
+    x, y, along = rays @ right, rays @ down, rays @ axis
+    off_axis = np.hypot(x, y)
+    residual = np.arctan2(off_axis, along) - angle_rad
+    return residual, np.stack([x / off_axis, y / off_axis, np.ones(len(rays))], axis=-1)
+
+
+def _moved_cone(axis: FloatArray, angle_rad: float, step: FloatArray) -> tuple[FloatArray, float]:
+    right, down = _tangents(axis)
+    axis = axis + step[0] * right + step[1] * down
+    return axis / np.linalg.norm(axis), angle_rad + float(step[2])
+
+
+def _angle_of_a_pixel(
+    camera: Camera, points_px: FloatArray, rays: FloatArray, axis: FloatArray
+) -> FloatArray:
+    """Angle (N,) in radians that a pixel across the outline spans at each of its points."""
+    centre = project(camera, axis)
+    outwards = points_px - centre
+    outwards /= np.linalg.norm(outwards, axis=-1, keepdims=True)
+    beyond = pixel_rays(camera, points_px + outwards)
+    return np.asarray(np.arccos(np.clip(beyond @ axis, -1, 1)) - np.arccos(np.clip(rays @ axis, -1, 1)))
+
+
+def _covariance(
+    outline: Outline, jacobian: FloatArray, residual_rad: FloatArray, rad_per_px: float
+) -> FloatArray:
+    """Covariance (3, 3) of the cone, from its residuals and, for what is common to all points, `error_px`."""
+    centre_px, radius_px = outline.error_px
+    if outline.rms_px == 0.0:
+        centre_px, radius_px = centre_px or GIVEN_ERROR_PX, radius_px or GIVEN_ERROR_PX
+    least = np.diag([centre_px, centre_px, radius_px]) ** 2 * rad_per_px**2
+    freedom = len(residual_rad) - 3
+    if outline.rms_px == 0.0 or freedom <= 0:
+        return least
+    information = jacobian.T @ jacobian
+    round_the_rim = np.argsort(np.arctan2(jacobian[:, 1], jacobian[:, 0]))
+    spread = float((residual_rad**2).sum()) / freedom * correlated(residual_rad[round_the_rim])
+    covariance = spread * np.linalg.inv(information)
+    missing = np.sqrt(np.maximum(np.diag(least) - np.diag(covariance), 0.0))
+    return np.asarray(covariance + np.diag(missing**2))
+
+
+def correlated(residuals: FloatArray) -> float:
+    """How many neighbours on a curve err together: N over the number of independent ones among residuals (N,).
+
+    1 + 2 sum of the autocorrelation up to where it vanishes; at least 1, at most a sixth of the points.
+
+    Examples
+    --------
+    >>> wave = np.repeat([1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0], 8)
+    >>> correlated(wave) > 5.0, correlated(np.array([1.0, -1.0] * 32))
+    (True, 1.0)
+    """
+    centred = residuals - residuals.mean()
+    power = float(centred @ centred)
+    total = 1.0
+    for lag in range(1, len(centred) // 3):
+        correlation = float(centred[lag:] @ centred[:-lag]) / max(power, 1e-300)
+        if correlation < 1.0 / np.sqrt(len(centred)):
+            break
+        total += 2.0 * correlation
+    return min(total, max(1.0, len(centred) / 6.0))
 
 
 @dataclass(frozen=True)

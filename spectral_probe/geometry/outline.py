@@ -3,26 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import OutlineError
-from ..model import FloatArray, Outline, Photograph
+from ..model import Camera, FloatArray, Outline, Photograph
 from ..photo.align import register
-from .circle_search import Circle, find_circles, full_turn, outermost
-from .rim import Ellipse, Rim, fit_rim
+from .ball import GIVEN_ERROR_PX
+from .circle_search import few, find_circles
+from .edges import brightest
+from .ellipse import Ellipse, full_turn
+from .rim import Rim, fit_rim
+from .unrolled import Circle, outermost
 
-ENOUGH_COVERAGE = 0.44
-"""Share of the visible outline that must have an edge along it. Without a ball, the best circles of the
-rooms tried reach 0.36; balls, down to dim, blurred and half hidden ones, 0.48 to 0.95."""
+ENOUGH_CONTRAST, ENOUGH_VISIBLE = 0.28, 0.5
+"""How much more things must run along the outline just inside it than just outside, and the share of it in the frame. Balls
+have a contrast of 0.28 (half hidden) to 0.67; round things that are none, 0.16 to 0.27 where many edges run along them."""
 
-ENOUGH_SIGNIFICANCE = 40.0
+ENOUGH_COVERAGE, ENOUGH_SIGNIFICANCE = 0.44, 40.0
+"""Share of the visible outline that must have an edge along it, and how unlikely that must be by chance. Without a ball,
+the best circles of the rooms tried reach 0.46; balls, down to dim and blurred ones, 0.43 to 0.95."""
+
+FAINT_COVERAGE, FAINT_MERIT = 0.3, 25.0
+"""The same for outlines that are faint or half hidden, where the product of significance and contrast must be so large. In
+rooms without a ball it reaches 19."""
 
 HOLDING_SHARE = 0.5
 """A circle round the best one is preferred to it when it is this share as significant."""
 
 KNOWN_RADIUS_COVERAGE = 0.25
-"""The same where another photograph of the bracket has told the radius already."""
+"""Coverage that is enough where another photograph of the bracket has told the radius already."""
+
+RIVALS = 4
+"""So many circles about one ball are followed to the rim, and compared there."""
+
+ANOTHER_COVERAGE, ANOTHER_SHARE = 0.6, 0.4
+"""A second ball must be this clear, and this share as significant as the first."""
 
 CUT_SHARE = 0.045
 """How far, in radii, an outline may leave the frame. A cut of 4.5 % hides 0.7 % of the ball's picture, all of it near the rim,
@@ -30,31 +47,27 @@ where the world behind the ball is squeezed together and the other views see bet
 the cut part lies."""
 
 
-def detect_outline(photographs: Photograph | Sequence[Photograph]) -> Outline:
-    """Find the ball's outline in the frame of the first photograph.
+@dataclass(frozen=True)
+class FoundBall:
+    """The ball in the photographs of one view.
 
-    Parameters
-    ----------
-    photographs
-        One photograph or the bracket of a view. All that show the ball at the same place are used together.
-
-    Returns
-    -------
-    Outline
-        In pixels of the first photograph.
-
-    Raises
-    ------
-    OutlineError
-        There is no ball, or the frame cuts it.
+    `outlines` has one outline per photograph, in its own frame; `shifts_px` (x, y) says where each photograph's ball lies from
+    the first's. `others` are further balls in the picture as (x, y, radius), in pixels of the first photograph. `warnings`
+    are sentences for the user.
     """
-    if isinstance(photographs, Photograph):
-        photographs = [photographs]
-    return detect_outlines(photographs)[0]
+
+    outlines: tuple[Outline, ...]
+    shifts_px: tuple[FloatArray, ...]
+    others: tuple[tuple[float, float, float], ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
-def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
-    """Find the ball in every photograph of a bracket, each in its own frame.
+def find_ball(
+    photographs: Sequence[Photograph],
+    camera: Camera | None = None,
+    ball_at: tuple[float, float] | None = None,
+) -> FoundBall:
+    """Find the mirrored ball in every photograph of a view.
 
     The photographs are registered to each other by what the ball shows, and one outline is fitted to all of
     them together, so that one that is too dark or too bright borrows from the others. They may be crops of
@@ -63,12 +76,12 @@ def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
     Parameters
     ----------
     photographs
-        The bracket of one view.
-
-    Returns
-    -------
-    list of Outline
-        One per photograph.
+        The bracket of one view, or one photograph.
+    camera
+        The camera of the first photograph. With it the outline is the picture of a cone, three unknowns, which is what makes
+        a half hidden rim safe; without it a circle or a slightly elongated ellipse.
+    ball_at
+        A point on the ball in the first photograph, where there is more than one ball.
 
     Raises
     ------
@@ -77,20 +90,31 @@ def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
     """
     if not photographs:
         raise OutlineError("There is no photograph to find the ball in. List photos in the view.")
-    circles = _circles(photographs)
-    shifts = register(photographs, [(one.x, one.y, one.radius) for one in circles])
-    clearest = max(range(len(photographs)), key=lambda index: circles[index].significance)
-    start = circles[clearest].moved(-shifts[clearest])
-    rim = fit_rim(photographs, shifts, start)
-    outlines = [_as_outline(rim, shift) for shift in shifts]
-    # What a later photograph cuts off, the first and the others have.
-    height, width = photographs[0].clipped.shape
-    check_in_frame(outlines[0], (width, height))
-    return outlines
+    sightings = _sightings(photographs, ball_at)
+    shifts = register(photographs, [(one.circle.x, one.circle.y, one.circle.radius) for one in sightings])
+    clearest = max(range(len(photographs)), key=lambda index: sightings[index].circle.significance)
+    starts = [circle.moved(-shifts[clearest]) for circle in sightings[clearest].rivals]
+    rim = fit_rim(photographs, shifts, starts, camera)
+    others = sightings[0].others
+    outlines = tuple(_as_outline(rim, shift) for shift in shifts)
+    check_in_frame(outlines[0], _size(photographs[0]))
+    warnings = _two_balls(photographs[0], rim, others, ball_at) + _cut_later(photographs, outlines)
+    named = tuple((one.x, one.y, one.radius) for one in others)
+    return FoundBall(outlines, tuple(shifts), named, tuple(warnings))
+
+
+def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
+    """The outlines of `find_ball` alone, one per photograph, for an unknown camera."""
+    return list(find_ball(photographs).outlines)
+
+
+def detect_outline(photographs: Photograph | Sequence[Photograph]) -> Outline:
+    """The outline of `find_ball` in the frame of the first photograph, for an unknown camera."""
+    return detect_outlines([photographs] if isinstance(photographs, Photograph) else photographs)[0]
 
 
 def outline_from_circle(x_px: float, y_px: float, radius_px: float) -> Outline:
-    """Outline for a circle that the user gives, with points all round it.
+    """Outline for a circle that the user gives, with points all round it; half a pixel is assumed as its error.
 
     Examples
     --------
@@ -102,42 +126,101 @@ def outline_from_circle(x_px: float, y_px: float, radius_px: float) -> Outline:
         raise OutlineError(
             "An outline needs a centre and a positive radius. Write outline = [cx, cy, r] in pixels."
         )
-    angles = full_turn(360)
-    points = np.stack([x_px + radius_px * np.cos(angles), y_px + radius_px * np.sin(angles)], axis=-1)
-    return Outline((x_px, y_px), (radius_px, radius_px), 0.0, points, 0.0)
+    points = Ellipse(x_px, y_px, radius_px, radius_px).points(full_turn(360))
+    error = (GIVEN_ERROR_PX, GIVEN_ERROR_PX)
+    return Outline((x_px, y_px), (radius_px, radius_px), 0.0, points, 0.0, error)
 
 
-def check_in_frame(outline: Outline, size_px: tuple[int, int]) -> None:
+def check_in_frame(outline: Outline, size_px: tuple[int, int], given: bool = False) -> None:
     """Refuse an outline that leaves the frame of (width, height) by more than a sliver of the rim.
+
+    `given` says that the user gave the outline, and so cannot be told to give it.
 
     Examples
     --------
     >>> check_in_frame(outline_from_circle(50, 50, 45), (100, 100))
     """
-    width, height = size_px
     ellipse = Ellipse(*outline.centre_px, *outline.semi_axes_px, outline.angle_rad)
-    angles = full_turn(720)
-    radius = ellipse.radius_at(angles)
-    x = ellipse.x + radius * np.cos(angles)
-    y = ellipse.y + radius * np.sin(angles)
-    over = {
+    over = _overhang(ellipse, size_px)
+    allowed = max(1.0, CUT_SHARE * ellipse.radius)
+    edges = [name for name, value in over.items() if value > allowed]
+    if not edges:
+        return
+    opposite = {"left", "right"} <= set(edges) or {"top", "bottom"} <= set(edges)
+    if given:
+        x, y = outline.centre_px
+        raise OutlineError(
+            f"The outline given (centre {x:.0f}, {y:.0f}, radius {ellipse.radius:.0f}) leaves the frame of "
+            f"{size_px[0]} x {size_px[1]} pixels at the {_listed(edges)}. Correct it, or photograph the ball whole."
+        )
+    if opposite:
+        raise OutlineError(
+            f"The ball is larger than the frame: its rim lies outside at the {_listed(edges)}. Photograph it whole."
+        )
+    raise OutlineError(
+        f"The ball touches the {_listed(edges)} edge of the frame. "
+        "Photograph it whole, or give its outline (outline = [cx, cy, r])."
+    )
+
+
+def _overhang(ellipse: Ellipse, size_px: tuple[int, int]) -> dict[str, float]:
+    """How far an outline leaves the frame at each of its edges, in pixels."""
+    x, y = ellipse.points(full_turn(720)).T
+    width, height = size_px
+    return {
         "left": -float(x.min()),
         "right": float(x.max()) - width,
         "top": -float(y.min()),
         "bottom": float(y.max()) - height,
     }
-    edge = max(over, key=lambda name: over[name])
-    if over[edge] > max(1.0, CUT_SHARE * ellipse.radius):
-        raise OutlineError(
-            f"The ball touches the {edge} edge of the frame. "
-            "Photograph it whole, or give its outline (outline = [cx, cy, r])."
-        )
 
 
-def _no_ball(photograph: Photograph) -> str:
+def _listed(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _size(photograph: Photograph) -> tuple[int, int]:
+    height, width = photograph.clipped.shape
+    return width, height
+
+
+def _cut_later(photographs: Sequence[Photograph], outlines: Sequence[Outline]) -> list[str]:
+    """Photographs after the first that cut the ball: what they miss the others must have, but it is worth saying."""
+    cut = []
+    for photograph, outline in zip(photographs[1:], outlines[1:], strict=True):
+        ellipse = Ellipse(*outline.centre_px, *outline.semi_axes_px, outline.angle_rad)
+        if max(_overhang(ellipse, _size(photograph)).values()) > max(1.0, CUT_SHARE * ellipse.radius):
+            cut.append(photograph.path.name)
     return (
-        f"No mirrored ball was found in {photograph.path.name}. "
-        "Give its outline in the view (outline = [cx, cy, r] in pixels), or photograph the ball larger."
+        [
+            f"The frame cuts the ball in {_listed(cut)}: what is missing there comes from the other photographs."
+        ]
+        if cut
+        else []
+    )
+
+
+def _two_balls(
+    photograph: Photograph, rim: Rim, others: Sequence[Circle], ball_at: tuple[float, float] | None
+) -> list[str]:
+    if not others or ball_at is not None:
+        return []
+    ellipse = rim.ellipse
+    places = [(ellipse.x, ellipse.y, ellipse.radius), *((one.x, one.y, one.radius) for one in others)]
+    text = [f"at ({x:.0f}, {y:.0f}) radius {radius:.0f}" for x, y, radius in places]
+    count = {2: "Two", 3: "Three"}.get(len(places), str(len(places)))
+    told = (
+        f"{count} balls are in {photograph.path.name}: {_listed(text)}; the larger, {text[0]}, is used. "
+        "Write ball_at = [x, y] to choose."
+    )
+    return [told]
+
+
+def _no_ball(photograph: Photograph, ball_at: tuple[float, float] | None = None) -> str:
+    where = "" if ball_at is None else f" round ball_at = [{ball_at[0]:g}, {ball_at[1]:g}]"
+    return (
+        f"No mirrored ball was found{where} in {photograph.path.name}. "
+        "Give its outline in the view (outline = [cx, cy, r] in pixels), or photograph the ball whole and larger."
     )
 
 
@@ -149,25 +232,42 @@ def _as_outline(rim: Rim, shift_px: FloatArray) -> Outline:
         ellipse.angle_rad,
         rim.points_px + shift_px,
         rim.rms_px,
+        rim.error_px,
     )
 
 
-def _circles(photographs: Sequence[Photograph]) -> list[Circle]:
-    """Roughly where the ball is in each photograph; those of one size are searched together."""
+# ---------------------------------------------------------------- which circle is the ball
+
+
+@dataclass(frozen=True)
+class _Sighting:
+    """Where the ball seems to be in a photograph; one of the `rivals` about there is it; `others` are other balls."""
+
+    circle: Circle
+    rivals: tuple[Circle, ...]
+    others: tuple[Circle, ...] = ()
+
+
+def _sightings(photographs: Sequence[Photograph], ball_at: tuple[float, float] | None) -> list[_Sighting]:
+    """Roughly where the ball is in each photograph; those of one size are searched together, the best exposed first."""
     groups: dict[tuple[int, ...], list[int]] = {}
     for index in _best_exposed_first(photographs):
-        groups.setdefault(photographs[index].pixels.shape[:2], []).append(index)
-    found: dict[int, Circle] = {}
+        groups.setdefault(photographs[index].clipped.shape, []).append(index)
+    if ball_at is not None:  # the point is one of the first photograph's
+        own = photographs[0].clipped.shape
+        groups = {own: groups[own], **groups}
+    found: dict[int, _Sighting] = {}
     radius = None
     for members in groups.values():
-        circle = _search([photographs[index] for index in members], radius)
-        if circle is None:
+        pictures = [photographs[index] for index in members]
+        sighting = _search(pictures, radius, ball_at if 0 in members else None)
+        if sighting is None:
             continue
-        radius = radius or circle.radius
-        found.update(dict.fromkeys(members, circle))
+        radius = radius or sighting.circle.radius
+        found.update(dict.fromkeys(members, sighting))
     missing = [photographs[index] for index in range(len(photographs)) if index not in found]
     if missing:
-        raise OutlineError(_no_ball(missing[0]))
+        raise OutlineError(_no_ball(missing[0], ball_at))
     return [found[index] for index in range(len(photographs))]
 
 
@@ -177,29 +277,77 @@ def _best_exposed_first(photographs: Sequence[Photograph]) -> list[int]:
     def well_exposed(index: int) -> float:
         photograph = photographs[index]
         step = max(1, min(photograph.clipped.shape) // 200)
-        level = photograph.pixels[::step, ::step].mean(axis=-1)
+        level = brightest(photograph.pixels[::step, ::step])
         return float(np.mean((level > 0.03) & ~photograph.clipped[::step, ::step]))
 
     return sorted(range(len(photographs)), key=well_exposed, reverse=True)
 
 
-def _search(photographs: Sequence[Photograph], radius_px: float | None) -> Circle | None:
-    """The ball's circle in photographs of one size: first where it has the radius that others gave it."""
-    if radius_px is not None:
+def _search(
+    photographs: Sequence[Photograph], radius_px: float | None, ball_at: tuple[float, float] | None
+) -> _Sighting | None:
+    """The ball in photographs of one size, and other balls; None without any.
+
+    Where other photographs have told the radius, that is looked for first.
+    """
+    if radius_px is not None and ball_at is None:
         near = find_circles(photographs, radius_px)
         if near and near[0].coverage >= KNOWN_RADIUS_COVERAGE:
-            return near[0]
-    good = [
-        circle
-        for circle in find_circles(photographs)
-        if circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE
-    ]
+            return _Sighting(near[0], tuple(near[:1]))
+    circles = find_circles(photographs)
+    good = [circle for circle in circles if _is_ball(circle)]
+    seen = good
+    if ball_at is not None:
+        good = [one for one in good if np.hypot(one.x - ball_at[0], one.y - ball_at[1]) < one.radius]
     if not good:
         return None
-    chosen = good[0]
-    for circle in good[1:]:
-        # Something round that the ball reflects may be sharper than the ball; it lies within the ball's outline.
+    balls = _apart(good)
+    judges = few(photographs)
+    chosen = outermost(judges, [np.zeros(2)] * len(judges), balls[0])
+    rivals = [chosen]
+    if chosen == balls[0]:  # not where it was found to be the ring that a wall makes
+        rivals += [one for one in circles if _rival(one, chosen)]
+    others = tuple(one for one in _apart(seen) if _disjoint(one, chosen))
+    return _Sighting(chosen, tuple(rivals[:RIVALS]), others)
+
+
+def _is_ball(circle: Circle) -> bool:
+    if circle.visible < ENOUGH_VISIBLE or circle.contrast < ENOUGH_CONTRAST:
+        return False
+    clear = circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE
+    return clear or (circle.coverage >= FAINT_COVERAGE and circle.merit >= FAINT_MERIT)
+
+
+def _rival(one: Circle, chosen: Circle) -> bool:
+    """Whether a circle is another reading of the same ball's outline."""
+    near = np.hypot(one.x - chosen.x, one.y - chosen.y) + abs(one.radius - chosen.radius)
+    alike = near < 0.005 * chosen.radius
+    return bool(near < 0.3 * chosen.radius and not alike and one.merit > 0.4 * chosen.merit)
+
+
+def _disjoint(one: Circle, other: Circle) -> bool:
+    return bool(np.hypot(one.x - other.x, one.y - other.y) > 0.9 * (one.radius + other.radius))
+
+
+def _apart(circles: Sequence[Circle]) -> list[Circle]:
+    """Of circles, the most significant first, those of separate balls, the largest ball first."""
+    balls: list[Circle] = []
+    for circle in circles:
+        if all(_disjoint(circle, ball) for ball in balls) and (
+            not balls
+            or (
+                circle.coverage >= ANOTHER_COVERAGE
+                and circle.significance >= ANOTHER_SHARE * balls[0].significance
+            )
+        ):
+            balls.append(_holding(circle, circles))
+    return sorted(balls, key=lambda ball: -ball.radius)
+
+
+def _holding(chosen: Circle, circles: Sequence[Circle]) -> Circle:
+    """The ball's circle, where something round that the ball reflects is sharper than the ball: it lies within it."""
+    for circle in circles:
         inside = np.hypot(circle.x - chosen.x, circle.y - chosen.y) + chosen.radius < circle.radius
         if inside and circle.significance > HOLDING_SHARE * chosen.significance:
             chosen = circle
-    return outermost(photographs[:: max(1, len(photographs) // 3)], chosen)
+    return chosen

@@ -4,6 +4,7 @@ import pytest
 from spectral_probe.errors import OutlineError
 from spectral_probe.geometry.ball import find_reflection, fit_ball, reflect
 from spectral_probe.geometry.camera import project
+from spectral_probe.geometry.outline import outline_from_circle
 from spectral_probe.model import BallFit, Camera, Outline
 
 CAMERA = Camera((1200.0, 1180.0), (640.0, 480.0), (1280, 960))
@@ -109,3 +110,65 @@ def test_orthographic_unwrap_would_err_by_degrees():
     normal = np.array([sine, 0, -np.sqrt(1 - sine**2)])
     orthographic = np.array([0, 0, 1.0]) - 2 * normal[2] * normal
     assert 3.0 < np.degrees(np.arccos(exact @ orthographic)) < 7.0
+
+
+# ---------------------------------------------------------------- how well the ball is known
+
+
+def noisy_fits(points, noise_px, count=200):
+    rng = np.random.default_rng(7)
+    for _ in range(count):
+        moved = points + rng.normal(scale=noise_px, size=points.shape)
+        yield fit_ball(CAMERA, Outline((0.0, 0.0), (1.0, 1.0), 0.0, moved, noise_px), 0.05)
+
+
+@pytest.mark.parametrize("hidden", [0.0, 0.5])
+def test_covariance_is_that_of_repeated_measurements(hidden):
+    ball = ball_at((0.1, 0.05, 0.8), 0.05)
+    points = project(CAMERA, rim_points(ball, 180))
+    points = points[: round(len(points) * (1.0 - hidden))]
+    fits = list(noisy_fits(points, 0.2))
+    axis = ball.centre_m / ball.distance_m
+    errors = np.array(
+        [[*(fit.axis_tangents @ -axis), fit.cone_angle_rad - ball.cone_angle_rad] for fit in fits]
+    )
+    measured = np.cov(errors.T)
+    stated = np.mean([fit.covariance_rad2 for fit in fits], axis=0)
+    # 200 repetitions know a standard deviation to 5 %; the fit leaves out the few points beyond three of them.
+    assert np.allclose(np.sqrt(np.diag(stated)), np.sqrt(np.diag(measured)), rtol=0.3)
+    assert np.abs(errors.mean(0)).max() < 4 * np.sqrt(np.diag(measured).max() / len(fits))
+
+
+def test_points_that_err_together_make_the_ball_less_certain():
+    ball = ball_at((0.1, 0.05, 0.8), 0.05)
+    points = project(CAMERA, rim_points(ball, 360))
+    rng = np.random.default_rng(8)
+    white = rng.normal(size=(360, 2)) * 0.2
+    smooth = np.repeat(rng.normal(size=(36, 2)), 10, axis=0) * 0.2
+    sigma = [
+        np.sqrt(
+            fit_ball(CAMERA, Outline((0, 0), (1, 1), 0.0, points + noise, 0.2), 0.05).covariance_rad2[2, 2]
+        )
+        for noise in (white, smooth)
+    ]
+    assert 2.0 < sigma[1] / sigma[0] < 5.0  # the square root of ten points in one
+
+
+def test_what_a_picture_of_the_residuals_needs():
+    ball = ball_at((0.1, 0.05, 0.8), 0.05)
+    points = project(CAMERA, rim_points(ball, 360))
+    middle = points.mean(0)
+    points[:20] += 3.0 * (points[:20] - middle) / np.linalg.norm(points[:20] - middle, axis=1, keepdims=True)
+    points[20:] += np.random.default_rng(9).normal(scale=0.05, size=(340, 2))
+    fit = fit_ball(CAMERA, Outline((0, 0), (1, 1), 0.0, points, 0.1), 0.05)
+    assert fit.points_px.shape == (360, 2)
+    assert not fit.used[:20].any()
+    assert fit.used[20:].mean() > 0.95
+    np.testing.assert_allclose(fit.residuals_px[:20], 3.0, atol=0.2)  # outside is positive
+    assert np.abs(fit.residuals_px[20:]).max() < 0.3
+
+
+def test_a_circle_given_by_hand_is_taken_to_be_half_a_pixel_off():
+    fit = fit_ball(CAMERA, outline_from_circle(640.0, 480.0, 75.0), 0.05)
+    sigma_px = np.sqrt(np.diag(fit.covariance_rad2)) * CAMERA.focal_px[0]
+    np.testing.assert_allclose(sigma_px, 0.5, rtol=0.05)

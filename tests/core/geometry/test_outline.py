@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 from spectral_probe.errors import OutlineError
+from spectral_probe.geometry.ball import fit_ball
+from spectral_probe.geometry.ellipse import Ellipse
 from spectral_probe.geometry.outline import (
     check_in_frame,
     detect_outline,
     detect_outlines,
+    find_ball,
     outline_from_circle,
 )
-from spectral_probe.geometry.rim import Ellipse
-from spectral_probe.model import Photograph
+from spectral_probe.model import Camera, Photograph
 from spectral_probe.photo.read import read_photograph, srgb_to_linear
 
 
@@ -190,6 +192,63 @@ def test_no_ball_is_said_in_one_line():
         detect_outlines([])
 
 
+@pytest.fixture(scope="module")
+def one_ball():
+    return render((420, 400), 1500.0, (0.013, -0.008, 0.6), seed=0, supersample=3)
+
+
+def test_half_the_rim_hidden_with_a_known_camera(one_ball):
+    size, focal, centre = (420, 400), 1500.0, np.array((0.013, -0.008, 0.6))
+    hidden = one_ball.copy()
+    hidden[int(true_points(focal, size, centre)[:, 1].mean()) :] = (0.08, 0.07, 0.06)
+    camera = Camera((focal, focal), (210.0, 200.0), size)
+    ball = find_ball([shoot(hidden, 0.5)], camera)
+    fit = fit_ball(camera, ball.outlines[0], 0.05)
+    distance = np.linalg.norm(centre)
+    error = np.array(
+        [*(fit.axis_tangents @ centre / distance), fit.cone_angle_rad - np.arcsin(0.05 / distance)]
+    )
+    assert np.abs(error * focal).max() < 0.6  # pixels; a free circle is out by several
+    assert (np.abs(error) < 3.0 * np.sqrt(np.diag(fit.covariance_rad2))).all()
+
+
+def test_two_balls_are_both_named(one_ball):
+    small = render((300, 400), 1500.0, (0.0, 0.0, 0.95), supersample=2)
+    photograph = shoot(np.hstack([one_ball, small]), 0.5)
+    ball = find_ball([photograph])
+    assert abs(ball.outlines[0].centre_px[0] - 242.6) < 1.0
+    np.testing.assert_allclose(ball.others, [(570.0, 200.0, 79.0)], atol=1.5)
+    (warning,) = ball.warnings
+    assert warning.startswith(
+        "Two balls are in ball.dng: at (243, 180) radius 125 and at (570, 200) radius 79;"
+    )
+    assert "Write ball_at = [x, y] to choose." in warning
+    chosen = find_ball([photograph], ball_at=(570.0, 210.0))
+    np.testing.assert_allclose(chosen.outlines[0].centre_px, (570.0, 200.0), atol=0.5)
+    assert not chosen.warnings
+    assert len(chosen.others) == 1
+    with pytest.raises(OutlineError, match=r"round ball_at = \[700, 390\]"):
+        find_ball([photograph], ball_at=(700.0, 390.0))
+
+
+def test_shifts_are_those_of_the_ball(one_ball):
+    moved = np.roll(one_ball, (3, -5), axis=(0, 1))
+    ball = find_ball([shoot(one_ball, 0.5), shoot(moved, 0.25)])
+    np.testing.assert_allclose(ball.shifts_px, [(0.0, 0.0), (-5.0, 3.0)], atol=0.15)
+    first, second = (outline.centre_px for outline in ball.outlines)
+    np.testing.assert_allclose(np.subtract(second, first), ball.shifts_px[1])
+
+
+def test_a_ball_larger_than_the_frame_is_told_from_a_cut_one():
+    with pytest.raises(
+        OutlineError, match="larger than the frame: its rim lies outside at the left and right"
+    ):
+        check_in_frame(outline_from_circle(50, 60, 58), (100, 140))
+    with pytest.raises(OutlineError, match="given") as error:
+        check_in_frame(outline_from_circle(50, 40, 50), (200, 100), given=True)
+    assert "give its outline" not in str(error.value)
+
+
 def test_given_circles():
     outline = outline_from_circle(50.0, 60.0, 20.0)
     np.testing.assert_allclose(np.hypot(*(outline.points_px - (50.0, 60.0)).T), 20.0)
@@ -236,6 +295,7 @@ def assert_near(outline, circle, share=0.01):
         "bracket_a6000_office/cp_t320.jpg",
         "bracket_a6000_office/cp_t4000.jpg",
         "bracket_a6400_livingroom/rec1.jpg",
+        "bracket_a6400_livingroom/rec3.jpg",
     ],
 )
 def test_real_photographs(shared_dir, name):
@@ -258,7 +318,13 @@ def test_real_tripod_bracket(shared_dir):
 
 
 @pytest.mark.parametrize(
-    "name", ["bracket_a6400_livingroom/raw0.jpg", "bracket_motog_library/graingerBall_background.jpg"]
+    "name",
+    [
+        "bracket_a6400_livingroom/raw0.jpg",
+        "bracket_motog_library/graingerBall_background.jpg",
+        "bracket_a6000_office/empty.jpg",
+        "multiview_mirrorball_lobby/env.png",
+    ],
 )
 def test_rooms_without_a_ball(shared_dir, name):
     with pytest.raises(OutlineError, match="No mirrored ball"):

@@ -4,7 +4,6 @@ import pytest
 
 from spectral_probe.geometry.ball import reflect
 from spectral_probe.geometry.camera import pixel_rays
-
 from spectral_probe.geometry.frames import (
     bearing_to_direction,
     camera_to_world,

@@ -6,7 +6,6 @@ import pytest
 from spectral_probe.geometry.bundle import angle_between
 from spectral_probe.geometry.frames import camera_to_world, view_angles
 from spectral_probe.geometry.registration import register_views
-from spectral_probe.model import Camera, Outline, RadianceImage
 
 THREE = [(0, 0, 0), (120, 5, -2), (240, -4, 1)]
 
