@@ -62,7 +62,7 @@ ELLIPTICITY_GAIN = 0.08
 """An ellipse must find edges along this much more of the rim than a circle; with two more parameters noise alone
 finds a little more."""
 
-CLEARLY = 0.1
+CLEARLY = 0.12
 """What the worth of outlines must differ by to count."""
 
 USUAL_FOCAL = 0.75
