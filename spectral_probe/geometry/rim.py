@@ -58,7 +58,7 @@ REPEATS, SETTLED_PX = 4, 0.3
 MOST_ELLIPTICITY = 0.045
 """Half the difference of the semi-axes over the radius. A ball 20 degrees off the axis reaches 0.03."""
 
-ELLIPTICITY_GAIN = 0.08
+ELLIPTICITY_GAIN = 0.1
 """An ellipse must find edges along this much more of the rim than a circle; with two more parameters noise alone
 finds a little more."""
 
