@@ -200,7 +200,11 @@ def _first_outline(
     ]
     limit = MOST_ELLIPTICITY * base.radius
     bent, more = _best_of([one for one in tried if one and abs(one[0].ellipticity) < limit], evidence, base)
-    if bent is not None and more > share + ELLIPTICITY_GAIN:
+    # In an uncropped picture perspective tells how elliptical the ball can be; more than that must show twice as clearly.
+    needed = ELLIPTICITY_GAIN
+    if bent is not None and abs(bent[0].ellipticity - tendency) > max(abs(tendency), 0.004 * base.radius):
+        needed *= 2.0
+    if bent is not None and more > share + needed:
         return bent, free
     return plain, shape
 
