@@ -38,8 +38,8 @@ KNOWN_RADIUS_COVERAGE = 0.25
 RIVALS = 4
 """So many circles about one ball are followed to the rim, and compared there."""
 
-ANOTHER_COVERAGE, ANOTHER_SHARE = 0.6, 0.4
-"""A second ball must be this clear, and this share as significant as the first."""
+ANOTHER_COVERAGE, ANOTHER_SHARE = 0.5, 0.6
+"""A second ball must be this clear, and have this share of the first's merit."""
 
 CUT_SHARE = 0.045
 """How far, in radii, an outline may leave the frame. A cut of 4.5 % hides 0.7 % of the ball's picture, all of it near the rim,
@@ -332,13 +332,10 @@ def _disjoint(one: Circle, other: Circle) -> bool:
 def _apart(circles: Sequence[Circle]) -> list[Circle]:
     """Of circles, the most significant first, those of separate balls, the largest ball first."""
     balls: list[Circle] = []
+    best = circles[0]
     for circle in circles:
         if all(_disjoint(circle, ball) for ball in balls) and (
-            not balls
-            or (
-                circle.coverage >= ANOTHER_COVERAGE
-                and circle.significance >= ANOTHER_SHARE * balls[0].significance
-            )
+            not balls or (circle.coverage >= ANOTHER_COVERAGE and circle.merit >= ANOTHER_SHARE * best.merit)
         ):
             balls.append(_holding(circle, circles))
     return sorted(balls, key=lambda ball: -ball.radius)

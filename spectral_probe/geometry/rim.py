@@ -58,11 +58,11 @@ REPEATS, SETTLED_PX = 4, 0.3
 MOST_ELLIPTICITY = 0.045
 """Half the difference of the semi-axes over the radius. A ball 20 degrees off the axis reaches 0.03."""
 
-ELLIPTICITY_GAIN = 0.08
+ELLIPTICITY_GAIN = 0.1
 """An ellipse must find edges along this much more of the rim than a circle; with two more parameters noise alone
 finds a little more."""
 
-CLEARLY = 0.1
+CLEARLY = 0.12
 """What the worth of outlines must differ by to count."""
 
 USUAL_FOCAL = 0.75
@@ -200,7 +200,11 @@ def _first_outline(
     ]
     limit = MOST_ELLIPTICITY * base.radius
     bent, more = _best_of([one for one in tried if one and abs(one[0].ellipticity) < limit], evidence, base)
-    if bent is not None and more > share + ELLIPTICITY_GAIN:
+    # In an uncropped picture perspective tells how elliptical the ball can be; more than that must show twice as clearly.
+    needed = ELLIPTICITY_GAIN
+    if bent is not None and abs(bent[0].ellipticity - tendency) > max(abs(tendency), 0.004 * base.radius):
+        needed *= 2.0
+    if bent is not None and more > share + needed:
         return bent, free
     return plain, shape
 

@@ -129,7 +129,7 @@ def write_capture(folder, **changes):
         ({"photos": '["nothing.png"]'}, "there is no file"),
         ({"exposures_s": None}, "exposure"),
         ({"focal_px": None}, "does not say its focal length"),
-        ({"outline": "[150, 20, 90]"}, "leaves the frame of 400 x 300 pixels at the top."),
+        ({"outline": "[150, 20, 90]"}, "leaves the frame of 300 x 300 pixels at the top."),
         ({"focal_px": "1500.0.0"}, "is not valid TOML"),
         ({"photos": '["ball.txt"]'}, "ball.txt"),
     ],
