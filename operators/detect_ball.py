@@ -22,7 +22,9 @@ class FoundOutline:
     picture: Path
 
 
-def find_outlines(views: dict[int, ViewSettings], directory: Path) -> Job[list[FoundOutline]]:
+def find_outlines(
+    views: dict[int, ViewSettings], directory: Path, *, half_size: bool = False
+) -> Job[list[FoundOutline]]:
     """Detect the outline in each view, or take the circle given, and draw it into `directory`."""
     from ..spectral_probe.figures.display import write_png
     from ..spectral_probe.figures.outline import outline_picture
@@ -32,7 +34,7 @@ def find_outlines(views: dict[int, ViewSettings], directory: Path) -> Job[list[F
     found = []
     for done, (number, view) in enumerate(views.items()):
         yield Progress(done / len(views), f"View {number + 1}: reading {len(view.photos)} photographs")
-        photographs = [read_photograph(path) for path in view.photos]
+        photographs = [read_photograph(path, half_size=half_size) for path in view.photos]
         yield Progress((done + 0.6) / len(views), f"View {number + 1}: finding the ball")
         if view.outline is None:
             outline = find_ball(photographs, ball_at=view.ball_at).outlines[0]
@@ -65,7 +67,8 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
         views = dict(enumerate(capture_from(settings).views))
         if not settings.all_views:
             views = {settings.active_view: views[settings.active_view]}
-        return find_outlines(views, Path(mkdtemp(prefix="outlines_", dir=bpy.app.tempdir)))
+        directory = Path(mkdtemp(prefix="outlines_", dir=bpy.app.tempdir))
+        return find_outlines(views, directory, half_size=settings.camera.half_size)
 
     def done(self, context: bpy.types.Context, result: list[FoundOutline]) -> None:
         """Keep the outlines in the views; show that of the active view."""

@@ -127,7 +127,7 @@ def _check_kind(capture: Capture, photographs: Sequence[Photograph]) -> bool:
 def _located(photographs: Sequence[Photograph], settings: ViewSettings, camera: Camera) -> FoundBall:
     """The ball in every photograph: found, or where the user says."""
     if settings.outline is None:
-        return find_ball(photographs, camera, settings.ball_at)
+        return find_ball(photographs, settings.ball_at)
     outline = outline_from_circle(*settings.outline)
     check_in_frame(outline, camera.size_px, given=True)
     circle = (*outline.centre_px, outline.semi_axes_px[0])

@@ -21,6 +21,9 @@ _TABLE_SAMPLES = 20001
 OUTLIER = 3.0
 """Residuals beyond so many robust standard deviations do not count."""
 
+MODEL_ERROR_PX, INDEPENDENT_ARCS = 0.1, 6.0
+"""What no residual shows: whatever lies along the rim moves a stretch of it, some sixth of the whole, by a tenth of a pixel."""
+
 GIVEN_ERROR_PX = 0.5
 """How far an outline without residuals (a circle given by hand) is assumed to be off, in centre and radius."""
 
@@ -92,9 +95,11 @@ def cone_of_rays(rays: FloatArray, weights: FloatArray | None = None) -> tuple[F
 
     Examples
     --------
-    >>> axis, angle = cone_of_rays(cone_rays(np.array([0.0, 0.6, 0.8]), 0.1, np.arange(6.0)))
-    >>> axis.round(9).tolist(), round(angle, 9)
-    ([0.0, 0.6, 0.8], 0.1)
+    >>> turn = np.arange(6.0)
+    >>> rays = np.stack([0.6 * np.cos(turn), 0.6 * np.sin(turn), np.full(6, 0.8)], axis=-1)
+    >>> axis, angle = cone_of_rays(rays)
+    >>> bool(np.allclose(axis, [0.0, 0.0, 1.0])), round(float(np.cos(angle)), 9)
+    (True, 0.8)
     """
     if len(rays) < 3:
         raise OutlineError(
@@ -109,13 +114,6 @@ def cone_of_rays(rays: FloatArray, weights: FloatArray | None = None) -> tuple[F
     if not 0.0 < cosine < 1.0:
         raise OutlineError(_NOT_A_BALL)
     return axis, float(np.arccos(cosine))
-
-
-def cone_rays(axis: FloatArray, angle_rad: float, turns_rad: FloatArray) -> FloatArray:
-    """Unit rays (N, 3) of the cone of a half angle about an axis (3,), at angles round it."""
-    right, down = _tangents(axis)
-    across = np.cos(turns_rad)[:, None] * right + np.sin(turns_rad)[:, None] * down
-    return np.asarray(np.cos(angle_rad) * axis + np.sin(angle_rad) * across)
 
 
 def _tangents(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -176,6 +174,7 @@ def _covariance(
     information = jacobian.T @ jacobian
     round_the_rim = np.argsort(np.arctan2(jacobian[:, 1], jacobian[:, 0]))
     spread = float((residual_rad**2).sum()) / freedom * correlated(residual_rad[round_the_rim])
+    spread = max(spread, (MODEL_ERROR_PX * rad_per_px) ** 2 * len(residual_rad) / INDEPENDENT_ARCS)
     covariance = spread * np.linalg.inv(information)
     missing = np.sqrt(np.maximum(np.diag(least) - np.diag(covariance), 0.0))
     return np.asarray(covariance + np.diag(missing**2))

@@ -8,26 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import OutlineError
-from ..model import Camera, FloatArray, Outline, Photograph
+from ..model import FloatArray, Outline, Photograph
 from ..photo.align import register
-from .ball import GIVEN_ERROR_PX
-from .circle_search import few, find_circles
-from .edges import brightest
+from .ball import GIVEN_ERROR_PX, INDEPENDENT_ARCS, MODEL_ERROR_PX, correlated
+from .circle_search import find_circles
 from .ellipse import Ellipse, full_turn
 from .rim import Rim, fit_rim
 from .unrolled import Circle, outermost
 
-ENOUGH_CONTRAST, ENOUGH_VISIBLE = 0.28, 0.5
-"""How much more things must run along the outline just inside it than just outside, and the share of it in the frame. Balls
-have a contrast of 0.28 (half hidden) to 0.67; round things that are none, 0.16 to 0.27 where many edges run along them."""
+ENOUGH_COVERAGE = 0.44
+"""Share of the visible outline that must have an edge along it. Without a ball, the best circles of the
+rooms tried reach 0.36; balls, down to dim, blurred and half hidden ones, 0.48 to 0.95."""
 
-ENOUGH_COVERAGE, ENOUGH_SIGNIFICANCE = 0.44, 40.0
-"""Share of the visible outline that must have an edge along it, and how unlikely that must be by chance. Without a ball,
-the best circles of the rooms tried reach 0.46; balls, down to dim and blurred ones, 0.43 to 0.95."""
-
-FAINT_COVERAGE, FAINT_MERIT = 0.3, 25.0
-"""The same for outlines that are faint or half hidden, where the product of significance and contrast must be so large. In
-rooms without a ball it reaches 19."""
+ENOUGH_SIGNIFICANCE = 40.0
 
 HOLDING_SHARE = 0.5
 """A circle round the best one is preferred to it when it is this share as significant."""
@@ -35,11 +28,8 @@ HOLDING_SHARE = 0.5
 KNOWN_RADIUS_COVERAGE = 0.25
 """Coverage that is enough where another photograph of the bracket has told the radius already."""
 
-RIVALS = 4
-"""So many circles about one ball are followed to the rim, and compared there."""
-
-ANOTHER_COVERAGE, ANOTHER_SHARE = 0.5, 0.6
-"""A second ball must be this clear, and have this share of the first's merit."""
+ANOTHER_COVERAGE, ANOTHER_SHARE = 0.6, 0.5
+"""A second ball must be this clear, and this share as significant as the first."""
 
 CUT_SHARE = 0.045
 """How far, in radii, an outline may leave the frame. A cut of 4.5 % hides 0.7 % of the ball's picture, all of it near the rim,
@@ -62,11 +52,7 @@ class FoundBall:
     warnings: tuple[str, ...] = ()
 
 
-def find_ball(
-    photographs: Sequence[Photograph],
-    camera: Camera | None = None,
-    ball_at: tuple[float, float] | None = None,
-) -> FoundBall:
+def find_ball(photographs: Sequence[Photograph], ball_at: tuple[float, float] | None = None) -> FoundBall:
     """Find the mirrored ball in every photograph of a view.
 
     The photographs are registered to each other by what the ball shows, and one outline is fitted to all of
@@ -77,9 +63,6 @@ def find_ball(
     ----------
     photographs
         The bracket of one view, or one photograph.
-    camera
-        The camera of the first photograph. With it the outline is the picture of a cone, three unknowns, which is what makes
-        a half hidden rim safe; without it a circle or a slightly elongated ellipse.
     ball_at
         A point on the ball in the first photograph, where there is more than one ball.
 
@@ -93,23 +76,22 @@ def find_ball(
     sightings = _sightings(photographs, ball_at)
     shifts = register(photographs, [(one.circle.x, one.circle.y, one.circle.radius) for one in sightings])
     clearest = max(range(len(photographs)), key=lambda index: sightings[index].circle.significance)
-    starts = [circle.moved(-shifts[clearest]) for circle in sightings[clearest].rivals]
-    rim = fit_rim(photographs, shifts, starts, camera)
-    others = sightings[0].others
+    rim = fit_rim(photographs, shifts, sightings[clearest].circle.moved(-shifts[clearest]))
     outlines = tuple(_as_outline(rim, shift) for shift in shifts)
     check_in_frame(outlines[0], _size(photographs[0]))
+    others = sightings[0].others
     warnings = _two_balls(photographs[0], rim, others, ball_at) + _cut_later(photographs, outlines)
     named = tuple((one.x, one.y, one.radius) for one in others)
     return FoundBall(outlines, tuple(shifts), named, tuple(warnings))
 
 
 def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
-    """The outlines of `find_ball` alone, one per photograph, for an unknown camera."""
+    """The outlines of `find_ball` alone, one per photograph."""
     return list(find_ball(photographs).outlines)
 
 
 def detect_outline(photographs: Photograph | Sequence[Photograph]) -> Outline:
-    """The outline of `find_ball` in the frame of the first photograph, for an unknown camera."""
+    """The outline of `find_ball` in the frame of the first photograph."""
     return detect_outlines([photographs] if isinstance(photographs, Photograph) else photographs)[0]
 
 
@@ -140,7 +122,7 @@ def check_in_frame(outline: Outline, size_px: tuple[int, int], given: bool = Fal
     --------
     >>> check_in_frame(outline_from_circle(50, 50, 45), (100, 100))
     """
-    ellipse = Ellipse(*outline.centre_px, *outline.semi_axes_px, outline.angle_rad)
+    ellipse = Ellipse.of(outline)
     over = _overhang(ellipse, size_px)
     allowed = max(1.0, CUT_SHARE * ellipse.radius)
     edges = [name for name, value in over.items() if value > allowed]
@@ -188,7 +170,7 @@ def _cut_later(photographs: Sequence[Photograph], outlines: Sequence[Outline]) -
     """Photographs after the first that cut the ball: what they miss the others must have, but it is worth saying."""
     cut = []
     for photograph, outline in zip(photographs[1:], outlines[1:], strict=True):
-        ellipse = Ellipse(*outline.centre_px, *outline.semi_axes_px, outline.angle_rad)
+        ellipse = Ellipse.of(outline)
         if max(_overhang(ellipse, _size(photograph)).values()) > max(1.0, CUT_SHARE * ellipse.radius):
             cut.append(photograph.path.name)
     return (
@@ -232,8 +214,18 @@ def _as_outline(rim: Rim, shift_px: FloatArray) -> Outline:
         ellipse.angle_rad,
         rim.points_px + shift_px,
         rim.rms_px,
-        rim.error_px,
+        _errors(rim),
     )
+
+
+def _errors(rim: Rim) -> tuple[float, float]:
+    """Standard errors of centre and radius in pixels: the points' scatter over how many of them are independent."""
+    away = rim.points_px - [rim.ellipse.x, rim.ellipse.y]
+    angles = np.arctan2(away[:, 1], away[:, 0])
+    residuals = np.linalg.norm(away, axis=-1) - rim.ellipse.radius_at(angles)
+    independent = len(residuals) / correlated(residuals[np.argsort(angles)])
+    error = np.hypot(rim.rms_px / np.sqrt(max(independent, 1.0)), MODEL_ERROR_PX / np.sqrt(INDEPENDENT_ARCS))
+    return float(np.sqrt(2.0) * error), float(error)
 
 
 # ---------------------------------------------------------------- which circle is the ball
@@ -241,10 +233,9 @@ def _as_outline(rim: Rim, shift_px: FloatArray) -> Outline:
 
 @dataclass(frozen=True)
 class _Sighting:
-    """Where the ball seems to be in a photograph; one of the `rivals` about there is it; `others` are other balls."""
+    """Where the ball seems to be in a photograph, and `others` in it."""
 
     circle: Circle
-    rivals: tuple[Circle, ...]
     others: tuple[Circle, ...] = ()
 
 
@@ -277,7 +268,7 @@ def _best_exposed_first(photographs: Sequence[Photograph]) -> list[int]:
     def well_exposed(index: int) -> float:
         photograph = photographs[index]
         step = max(1, min(photograph.clipped.shape) // 200)
-        level = brightest(photograph.pixels[::step, ::step])
+        level = photograph.pixels[::step, ::step].mean(axis=-1)
         return float(np.mean((level > 0.03) & ~photograph.clipped[::step, ::step]))
 
     return sorted(range(len(photographs)), key=well_exposed, reverse=True)
@@ -293,52 +284,36 @@ def _search(
     if radius_px is not None and ball_at is None:
         near = find_circles(photographs, radius_px)
         if near and near[0].coverage >= KNOWN_RADIUS_COVERAGE:
-            return _Sighting(near[0], tuple(near[:1]))
-    circles = find_circles(photographs)
-    good = [circle for circle in circles if _is_ball(circle)]
+            return _Sighting(near[0])
+    good = [
+        circle
+        for circle in find_circles(photographs)
+        if circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE
+    ]
     seen = good
     if ball_at is not None:
         good = [one for one in good if np.hypot(one.x - ball_at[0], one.y - ball_at[1]) < one.radius]
     if not good:
         return None
-    balls = _apart(good)
-    judges = few(photographs)
-    chosen = outermost(judges, [np.zeros(2)] * len(judges), balls[0])
-    rivals = [chosen]
-    if chosen == balls[0]:  # not where it was found to be the ring that a wall makes
-        rivals += [one for one in circles if _rival(one, chosen)]
-    others = tuple(one for one in _apart(seen) if _disjoint(one, chosen))
-    return _Sighting(chosen, tuple(rivals[:RIVALS]), others)
-
-
-def _is_ball(circle: Circle) -> bool:
-    if circle.visible < ENOUGH_VISIBLE or circle.contrast < ENOUGH_CONTRAST:
-        return False
-    clear = circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE
-    return clear or (circle.coverage >= FAINT_COVERAGE and circle.merit >= FAINT_MERIT)
-
-
-def _rival(one: Circle, chosen: Circle) -> bool:
-    """Whether a circle is another reading of the same ball's outline."""
-    near = np.hypot(one.x - chosen.x, one.y - chosen.y) + abs(one.radius - chosen.radius)
-    alike = near < 0.005 * chosen.radius
-    return bool(near < 0.3 * chosen.radius and not alike and one.merit > 0.4 * chosen.merit)
-
-
-def _disjoint(one: Circle, other: Circle) -> bool:
-    return bool(np.hypot(one.x - other.x, one.y - other.y) > 0.9 * (one.radius + other.radius))
+    chosen = outermost(photographs[:: max(1, len(photographs) // 3)], _apart(good)[0])
+    return _Sighting(chosen, tuple(one for one in _apart(seen) if _disjoint(one, chosen)))
 
 
 def _apart(circles: Sequence[Circle]) -> list[Circle]:
     """Of circles, the most significant first, those of separate balls, the largest ball first."""
     balls: list[Circle] = []
-    best = circles[0]
     for circle in circles:
-        if all(_disjoint(circle, ball) for ball in balls) and (
-            not balls or (circle.coverage >= ANOTHER_COVERAGE and circle.merit >= ANOTHER_SHARE * best.merit)
-        ):
+        clear = (
+            circle.coverage >= ANOTHER_COVERAGE
+            and circle.significance >= ANOTHER_SHARE * circles[0].significance
+        )
+        if all(_disjoint(circle, ball) for ball in balls) and (clear or not balls):
             balls.append(_holding(circle, circles))
     return sorted(balls, key=lambda ball: -ball.radius)
+
+
+def _disjoint(one: Circle, other: Circle) -> bool:
+    return bool(np.hypot(one.x - other.x, one.y - other.y) > 0.9 * (one.radius + other.radius))
 
 
 def _holding(chosen: Circle, circles: Sequence[Circle]) -> Circle:

@@ -13,13 +13,13 @@ from spectral_probe.model import Camera
 from spectral_probe.photo.read import read_photograph
 
 SIZE_PX, RADIUS_PX = 1064, 500.0
-SQUARES = 24  # around the horizon: 15 degrees each
+SQUARES = 12  # around the horizon: 30 degrees each
 LEVELS = (0.2, 1.2)
 REFLECTANCE = 0.9
 
 
 def checkerboard_world(scene):
-    """Dark and light squares of 15 degrees, as nodes: exact at any resolution. Their colour tells the direction:
+    """Dark and light squares of 30 degrees, as nodes: exact at any resolution. Their colour tells the direction:
     level (0.5 + 0.25 L)."""
     world = bpy.data.worlds.new("Checkerboard")
     scene.world = world

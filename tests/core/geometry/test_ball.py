@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+import spectral_probe.geometry.ball as ball_module
 from spectral_probe.errors import OutlineError
 from spectral_probe.geometry.ball import find_reflection, fit_ball, reflect
 from spectral_probe.geometry.camera import project
@@ -123,7 +124,8 @@ def noisy_fits(points, noise_px, count=200):
 
 
 @pytest.mark.parametrize("hidden", [0.0, 0.5])
-def test_covariance_is_that_of_repeated_measurements(hidden):
+def test_covariance_is_that_of_repeated_measurements(hidden, monkeypatch):
+    monkeypatch.setattr(ball_module, "MODEL_ERROR_PX", 0.0)  # of noise alone
     ball = ball_at((0.1, 0.05, 0.8), 0.05)
     points = project(CAMERA, rim_points(ball, 180))
     points = points[: round(len(points) * (1.0 - hidden))]
@@ -139,7 +141,8 @@ def test_covariance_is_that_of_repeated_measurements(hidden):
     assert np.abs(errors.mean(0)).max() < 4 * np.sqrt(np.diag(measured).max() / len(fits))
 
 
-def test_points_that_err_together_make_the_ball_less_certain():
+def test_points_that_err_together_make_the_ball_less_certain(monkeypatch):
+    monkeypatch.setattr(ball_module, "MODEL_ERROR_PX", 0.0)
     ball = ball_at((0.1, 0.05, 0.8), 0.05)
     points = project(CAMERA, rim_points(ball, 360))
     rng = np.random.default_rng(8)
