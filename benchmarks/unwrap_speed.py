@@ -6,16 +6,17 @@ Ours is the whole way from a merged radiance image with its variance and mask: p
 noise, sampling density, and the weights of the `paper` method with the ball's reflectance at every incidence angle. Beside it
 a bare `cv2.remap` of the same image through the same places, and, where a Python is named in which skylibs is installed
 (`pip install skylibs`, in an environment of its own), its `convertTo('latlong')`. All in memory, alternating, the best of
-the repetitions; memory is the peak of the process during our run less what it had before, over the size of the result.
+the repetitions; memory is the peak of what numpy and OpenCV's results take during our run,
+over the size of the result.
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -82,9 +83,10 @@ def main() -> None:
         in_parallel(fill, row_blocks(WIDTH))
         return weights
 
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    tracemalloc.start()
     size = ours().nbytes
-    peak = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / size
+    peak = tracemalloc.get_traced_memory()[1] / size
+    tracemalloc.stop()
     times = {"spectral weights": [], "cv2.remap": []}
     for _ in range(arguments.repeat):
         times["spectral weights"].append(seconds(ours))

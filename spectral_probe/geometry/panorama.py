@@ -132,8 +132,13 @@ def row_blocks(width: int) -> list[slice]:
 
 def in_parallel[Part, Result](work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
     """Results of `work` for each part, on all processors: numpy and OpenCV let other threads run."""
-    with ThreadPoolExecutor(os.process_cpu_count()) as pool:
-        return list(pool.map(work, parts))
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)  # its own would only get in the way of these
+    try:
+        with ThreadPoolExecutor(os.process_cpu_count()) as pool:
+            return list(pool.map(work, parts))
+    finally:
+        cv2.setNumThreads(threads)
 
 
 @dataclass(frozen=True)
@@ -162,8 +167,9 @@ class Unwrapping:
         # A sample between pixels reaches as far as two of them: texels averaged from several are not blurred by that.
         coarser = max(finer / 2**doublings, 1.0) if doublings else 1.0
         image, camera = _averaged(image, camera, coarser)
-        radiance = np.empty((*image.valid.shape, 4), np.float32)  # and where it is valid, read in one go
-        radiance[..., :3], radiance[..., 3] = image.radiance, image.valid
+        # With where it is valid, so that both are read in one go.
+        valid = image.valid.astype(np.float32)
+        radiance = cv2.merge([*cv2.split(np.asarray(image.radiance, np.float32)), valid])
         variance = np.asarray(image.variance, np.float32)
         if not image.valid.all():  # it is infinite there, which `valid` tells
             variance = np.where(image.valid[..., None], variance, np.float32(0.0))
@@ -289,9 +295,9 @@ class _PlaceFinder:
 
     def _exact(self, columns: FloatArray, rows: FloatArray) -> list[FloatArray]:
         """The same at panorama coordinates that broadcast to (...)."""
-        longitude, latitude = (0.5 - columns / self.width) * 2 * np.pi, (0.5 - 2 * rows / self.width) * np.pi
-        cosine, sine = np.cos(latitude).astype(np.float32), np.sin(latitude).astype(np.float32)
-        east, north = np.cos(longitude).astype(np.float32), np.sin(longitude).astype(np.float32)
+        longitude = ((0.5 - columns / self.width) * 2 * np.pi).astype(np.float32)
+        latitude = ((0.5 - 2 * rows / self.width) * np.pi).astype(np.float32)
+        cosine, sine, east, north = np.cos(latitude), np.sin(latitude), np.cos(longitude), np.sin(longitude)
         turn = self.rotation.astype(np.float32)
         directions = np.stack(
             [cosine * (turn[0, k] * east + turn[1, k] * north) + sine * turn[2, k] for k in range(3)]

@@ -88,13 +88,16 @@ class SpectralRecovery:
         responses = np.asarray(responses, np.float32)
         cosines = np.broadcast_to(np.asarray(cos_incidence, np.float32), responses.shape[:-1])
         channels = [np.array(responses[..., channel]) for channel in range(3)]
-        place = np.clip(cosines, 0.0, 1.0) * np.float32(_FINE_COSINES - 1) + np.float32(0.5)
-        row = place.astype(np.intp)
+        row = (np.clip(cosines, 0.0, 1.0) * np.float32(_FINE_COSINES - 1) + np.float32(0.5)).astype(np.intp)
         weights = np.empty(responses.shape, np.float32)
+        entry, total = np.empty((2, *cosines.shape), np.float32)
         for basis in range(3):
-            total = np.zeros(cosines.shape, np.float32)
-            for table, channel in zip(self._fine_inverses[:, basis], channels, strict=True):
-                total += np.take(table, row, mode="clip") * channel
+            for number, (table, channel) in enumerate(
+                zip(self._fine_inverses[:, basis], channels, strict=True)
+            ):
+                np.take(table, row, out=entry, mode="clip")
+                entry *= channel
+                total = np.add(total, entry, out=total) if number else entry.copy()
             weights[..., basis] = total
         return weights
 
