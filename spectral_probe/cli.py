@@ -374,6 +374,10 @@ def _told(numbers: Numbers, indent: str = "") -> str:
         elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
             for number, item in enumerate(value, start=1):
                 lines += f"{indent}{name} {number}:\n{_told(item, indent + '  ')}"
+        elif (
+            isinstance(value, list) and value and all(isinstance(item, str) and " " in item for item in value)
+        ):
+            lines += f"{indent}{name}:\n" + "".join(f"{indent}  {sentence}\n" for sentence in value)
         else:
             lines += f"{indent}{name}: {_plain(value)}\n"
     return lines

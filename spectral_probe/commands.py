@@ -75,12 +75,16 @@ def check_folder(directory: Path) -> None:
 
 @dataclass(frozen=True)
 class DirectionSpectrum:
-    """The spectrum from one direction: `spectrum` and its standard error, (L,), and the mean confidence."""
+    """The spectrum from one direction: `spectrum` and its standard error, (L,), and the mean confidence.
+
+    `direction_error_deg` is the standard error of the direction, None where the probe does not tell.
+    """
 
     wavelengths_nm: FloatArray
     spectrum: FloatArray
     error: FloatArray
     confidence: float
+    direction_error_deg: float | None = None
 
 
 def spectrum_at(
@@ -117,7 +121,12 @@ def spectrum_at(
     spectrum = np.einsum("n,nk,nkl->l", shares, panorama.weights[chosen], per_pixel)
     confidence = float(shares @ panorama.confidence[chosen])
     error = error_of_confidence(confidence) * np.linalg.norm(spectrum) / np.sqrt(len(spectrum))
-    return DirectionSpectrum(panorama.wavelengths_nm, spectrum, np.full_like(spectrum, error), confidence)
+    direction_error = None
+    if panorama.direction_error_rad is not None:
+        direction_error = float(np.degrees(shares @ panorama.direction_error_rad[chosen]))
+    return DirectionSpectrum(
+        panorama.wavelengths_nm, spectrum, np.full_like(spectrum, error), confidence, direction_error
+    )
 
 
 def spectrum(
@@ -141,6 +150,7 @@ def spectrum(
         "azimuth_deg": at[0],
         "elevation_deg": at[1],
         "confidence": found.confidence,
+        "direction_error_deg": found.direction_error_deg,
         "xy": chromaticity(xyz).tolist(),
         "cct_kelvin": None if temperature is None else temperature[0],
         "duv": None if temperature is None else temperature[1],

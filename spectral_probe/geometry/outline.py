@@ -28,8 +28,14 @@ HOLDING_SHARE = 0.5
 KNOWN_RADIUS_COVERAGE = 0.25
 """Coverage that is enough where another photograph of the bracket has told the radius already."""
 
+CLEARER = 1.5
+"""A circle of another radius must be so many times as significant as one of the radius known."""
+
 ANOTHER_COVERAGE, ANOTHER_SHARE = 0.6, 0.5
 """A second ball must be this clear, and this share as significant as the first."""
+
+SAME_RADIUS = 0.06
+"""Radii of one ball in photographs of one scale differ by less than this, as roughly as they are known by then."""
 
 CUT_SHARE = 0.045
 """How far, in radii, an outline may leave the frame. A cut of 4.5 % hides 0.7 % of the ball's picture, all of it near the rim,
@@ -255,11 +261,26 @@ def _sightings(photographs: Sequence[Photograph], ball_at: tuple[float, float] |
         if sighting is None:
             continue
         radius = radius or sighting.circle.radius
+        _check_scale(
+            photographs[members[0]],
+            sighting.circle.radius,
+            photographs[next(iter(found), members[0])],
+            radius,
+        )
         found.update(dict.fromkeys(members, sighting))
     missing = [photographs[index] for index in range(len(photographs)) if index not in found]
     if missing:
         raise OutlineError(_no_ball(missing[0], ball_at))
     return [found[index] for index in range(len(photographs))]
+
+
+def _check_scale(photograph: Photograph, radius_px: float, other: Photograph, other_px: float) -> None:
+    """Refuse photographs of one view at different scales; crops of different sizes are well."""
+    if abs(radius_px / other_px - 1.0) > SAME_RADIUS:
+        raise OutlineError(
+            f"The ball has a radius of {radius_px:.0f} pixels in {photograph.path.name} and of {other_px:.0f} in "
+            f"{other.path.name}. Give the photographs of a view at one size; crops of it are well."
+        )
 
 
 def _best_exposed_first(photographs: Sequence[Photograph]) -> list[int]:
@@ -281,15 +302,16 @@ def _search(
 
     Where other photographs have told the radius, that is looked for first.
     """
-    if radius_px is not None and ball_at is None:
-        near = find_circles(photographs, radius_px)
-        if near and near[0].coverage >= KNOWN_RADIUS_COVERAGE:
-            return _Sighting(near[0])
-    good = [
-        circle
-        for circle in find_circles(photographs)
-        if circle.coverage >= ENOUGH_COVERAGE and circle.significance >= ENOUGH_SIGNIFICANCE
-    ]
+    near = find_circles(photographs, radius_px)[:1] if radius_px is not None and ball_at is None else []
+    if near and near[0].coverage >= ENOUGH_COVERAGE:
+        return _Sighting(near[0])
+    circles = [one for one in find_circles(photographs) if one.coverage >= ENOUGH_COVERAGE]
+    if near and near[0].coverage >= KNOWN_RADIUS_COVERAGE:
+        # Few edges speak for the known radius: a clear ball of another one speaks against the scale.
+        return _Sighting(
+            max([near[0], *circles], key=lambda one: one.significance / (CLEARER if one in circles else 1.0))
+        )
+    good = [one for one in circles if one.significance >= ENOUGH_SIGNIFICANCE]
     seen = good
     if ball_at is not None:
         good = [one for one in good if np.hypot(one.x - ball_at[0], one.y - ball_at[1]) < one.radius]

@@ -52,7 +52,13 @@ def resolve_exposures(photographs: Sequence[Photograph], view: ViewSettings) -> 
             raise PhotographError(_no_time(photograph))
         iso = isos[index] if isos else known.iso if known else 100.0
         f_number = f_numbers[index] if f_numbers else known.f_number if known else 1.0
-        exposures.append(Exposure(time_s, iso, f_number))
+        exposure = Exposure(time_s, iso, f_number)
+        if not plausible(exposure):
+            raise PhotographError(
+                f"{photograph.path.name}: {time_s:g} s at ISO {iso:g} and f/{f_number:g} cannot be. Correct the exposure "
+                "in the capture file."
+            )
+        exposures.append(exposure)
     return exposures
 
 

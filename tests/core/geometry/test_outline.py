@@ -328,3 +328,9 @@ def test_real_tripod_bracket(shared_dir):
 def test_rooms_without_a_ball(shared_dir, name):
     with pytest.raises(OutlineError, match="No mirrored ball"):
         detect_outline(read_photograph(shared_dir / "photos" / name))
+
+
+def test_a_bracket_of_differing_scale_is_refused(one_ball):
+    half = cv2.resize(one_ball, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    with pytest.raises(OutlineError, match="Give the photographs of a view at one size"):
+        find_ball([shoot(one_ball, 0.5), shoot(half, 0.5)])
