@@ -90,15 +90,12 @@ class SpectralRecovery:
         channels = [np.array(responses[..., channel]) for channel in range(3)]
         row = (np.clip(cosines, 0.0, 1.0) * np.float32(_FINE_COSINES - 1) + np.float32(0.5)).astype(np.intp)
         weights = np.empty(responses.shape, np.float32)
-        entry, total = np.empty((2, *cosines.shape), np.float32)
         for basis in range(3):
-            for number, (table, channel) in enumerate(
-                zip(self._fine_inverses[:, basis], channels, strict=True)
-            ):
-                np.take(table, row, out=entry, mode="clip")
-                entry *= channel
-                total = np.add(total, entry, out=total) if number else entry.copy()
-            weights[..., basis] = total
+            tables = self._fine_inverses[:, basis]
+            weights[..., basis] = sum(
+                np.take(table, row, mode="clip") * channel
+                for table, channel in zip(tables, channels, strict=True)
+            )
         return weights
 
     @cached_property
