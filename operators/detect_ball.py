@@ -20,6 +20,7 @@ class FoundOutline:
     view: int
     outline: Outline
     picture: Path
+    warnings: tuple[str, ...] = ()
 
 
 def find_outlines(
@@ -36,15 +37,17 @@ def find_outlines(
         yield Progress(done / len(views), f"View {number + 1}: reading {len(view.photos)} photographs")
         photographs = [read_photograph(path, half_size=half_size) for path in view.photos]
         yield Progress((done + 0.6) / len(views), f"View {number + 1}: finding the ball")
+        warnings: tuple[str, ...] = ()
         if view.outline is None:
-            outline = find_ball(photographs, ball_at=view.ball_at).outlines[0]
+            ball = find_ball(photographs, ball_at=view.ball_at)
+            outline, warnings = ball.outlines[0], ball.warnings
         else:
             outline = outline_from_circle(*view.outline)
             height, width = photographs[0].pixels.shape[:2]
             check_in_frame(outline, (width, height), given=True)
         picture = directory / f"outline_{number + 1}.png"
         write_png(picture, outline_picture(photographs[len(photographs) // 2], outline))
-        found.append(FoundOutline(number, outline, picture))
+        found.append(FoundOutline(number, outline, picture, warnings))
     return found
 
 
@@ -84,5 +87,8 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
                 view.outline_px = (*outline.centre_px, sum(outline.semi_axes_px) / 2)
         shown = next((found for found in result if found.view == settings.active_view), result[0])
         show(shown.picture, f"Outline {shown.view + 1}")
+        for found in result:
+            for warning in found.warnings:
+                self.report({"WARNING"}, warning)
         worst_px = max(found.outline.rms_px for found in result)
         self.report({"INFO"}, f"Ball found in {len(result)} view(s), RMS at most {worst_px:.2f} px")
