@@ -151,10 +151,15 @@ def _fitted(
     before, top, after = (steps[row, crest + shift] for shift in (-1, 0, 1))
     bend = np.minimum(before - 2 * top + after, -1e-9)
     place = offsets[crest] + np.clip(0.5 * (before - after) / bend, -1, 1) * _OFFSET_STEP_PX
-    alone = np.abs(top / common - 1.0) < _ALIKE
-    for side in (-1, 1):  # a step blurred by half a pixel is gone two pixels away
-        beside = np.clip(crest + side * round(2.0 / _OFFSET_STEP_PX), 0, len(offsets) - 1)
-        alone &= np.abs(steps[row, beside]) < _ALIKE * common
+    alike = np.abs(top / common - 1.0) < _ALIKE
+    # A step blurred by half a pixel is gone two pixels away: what is there is another edge.
+    beside = [np.clip(crest + side * round(2.0 / _OFFSET_STEP_PX), 0, len(offsets) - 1) for side in (1, -1)]
+    outside, inside = (np.abs(steps[row, place]) < _ALIKE * common for place in beside)
+    alone = alike & outside & inside
+    if (
+        alone.mean() < _LEAST_ALONE
+    ):  # edges all along inside, lighter and darker in turn: their pull averages out
+        alone = alike & outside
     if alone.mean() < _LEAST_ALONE:
         return None
     change = start
