@@ -169,7 +169,9 @@ class Unwrapping:
         image, camera = _averaged(image, camera, coarser)
         # With where it is valid, so that both are read in one go.
         valid = image.valid.astype(np.float32)
-        radiance = cv2.merge([*cv2.split(np.asarray(image.radiance, np.float32)), valid])
+        radiance = np.empty((*valid.shape, 4), np.float32)
+        parts = [np.ascontiguousarray(image.radiance, np.float32), valid]
+        cv2.mixChannels(parts, [radiance], [0, 0, 1, 1, 2, 2, 3, 3])
         variance = np.asarray(image.variance, np.float32)
         if not image.valid.all():  # it is infinite there, which `valid` tells
             variance = np.where(image.valid[..., None], variance, np.float32(0.0))
