@@ -120,6 +120,20 @@ class ViewSettings:
     solve_exposures: bool = True
 
 
+@dataclass(frozen=True)
+class Region:
+    """Some directions of a panorama; exactly one of the three is given.
+
+    `polygon_deg` holds the corners (compass bearing, elevation) in degrees of a polygon whose edges are great circles, the
+    smaller side of it; `mask` is an equirectangular picture, white inside (row 0 is up, as the panorama); `seed_deg` is a
+    bearing and elevation in one bright thing, such as a window, that the region grows over.
+    """
+
+    polygon_deg: tuple[tuple[float, float], ...] | None = None
+    mask: Path | None = None
+    seed_deg: tuple[float, float] | None = None
+
+
 COMPOSITIONS = ("blend", "cut")
 """How views become one panorama: every direction from where it is sampled best, blended; or the paper's plain cut, each view
 to 60 degrees on both sides of the direction from the ball to its camera."""
