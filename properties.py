@@ -254,8 +254,9 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
             (
                 "family",
                 "Lamp Family",
-                "Best basis for the lamps that may be present and for their light off surfaces",
+                "Non-negative, for the lamps that may be present, seen directly or off surfaces",
             ),
+            ("automatic", "Automatic", "The same for all kinds of lamps: less sure of each"),
             (
                 "paper",
                 "Paper",
