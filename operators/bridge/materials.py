@@ -24,6 +24,7 @@ from mathutils import Color
 from ...spectral_probe.errors import RenderError, SpectralProbeError
 from ...spectral_probe.files.spectrum_csv import read_spectrum_csv
 from ...spectral_probe.spectra.colorimetry import illuminant, spectra_to_xyz, xyz_to_rec709
+from ...spectral_probe.spectra.curves import NUMBER, REFLECTANCE
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
 from ...spectral_probe.spectra.metals import fresnel_reflectance, refractive_index
 from ...spectral_probe.spectra.uplift import reflectance_basis
@@ -142,7 +143,7 @@ def _settings(material: bpy.types.Material) -> tuple[str, str, str]:
 def _index(metal: str) -> tuple[Array, Array]:
     """Refractive index n, k (61,) of a metal's name, or of a CSV file wavelength_nm,n,k."""
     if metal.lower().endswith((".csv", ".txt")):
-        n, k = read_spectrum_csv(Path(bpy.path.abspath(metal)), columns=2)
+        n, k = read_spectrum_csv(Path(bpy.path.abspath(metal)), columns=2, quantity=NUMBER)
         return n, k
     n, k = refractive_index(metal, WAVELENGTHS_NM)
     return n, k
@@ -153,7 +154,7 @@ def _reflectance(path: str) -> Array:
         raise RenderError(
             "no file with its reflectance is given. Choose a CSV file, or another kind of spectrum."
         )
-    return np.clip(read_spectrum_csv(Path(bpy.path.abspath(path)))[0], 0.0, 1.0)
+    return read_spectrum_csv(Path(bpy.path.abspath(path)), quantity=REFLECTANCE)[0]
 
 
 def _at(wavelengths_nm: Array, values: Array) -> Array:
