@@ -15,6 +15,7 @@ from typing import Any
 from ..errors import CaptureError
 from ..model import COMPOSITIONS, BallSettings, CameraSettings, Capture, ViewSettings
 from .atomic import written_whole
+from .spectrum_file import is_spectrum_file
 
 type Table = Mapping[str, Any]
 
@@ -124,13 +125,13 @@ class _Reader:
             raise self.fail(where, key, "text in quotes")
         return value
 
-    def file(self, table: Table, key: str, where: str) -> Path | None:
+    def file(self, table: Table, key: str, where: str, *, or_folder: bool = False) -> Path | None:
         value = self.text(table, key, where)
-        return None if value is None else self.existing(value, where)
+        return None if value is None else self.existing(value, where, or_folder=or_folder)
 
-    def existing(self, value: str, where: str) -> Path:
+    def existing(self, value: str, where: str, *, or_folder: bool = False) -> Path:
         path = self.folder / value
-        if not path.is_file():
+        if not (path.is_file() or (or_folder and path.is_dir())):
             raise CaptureError(f"{self.name}, {where}: there is no file {path}. Check the name.")
         return path
 
@@ -159,7 +160,7 @@ class _Reader:
         principal_px = self.numbers(table, "principal_px", where, {2})
         return CameraSettings(
             model=self.text(table, "model", where),
-            sensitivities=self.file(table, "sensitivities", where),
+            sensitivities=self.file(table, "sensitivities", where, or_folder=True),
             focal_px=None if focal_px is None else (focal_px[0], focal_px[1]),
             focal_mm=self.number(table, "focal_mm", where, positive=True),
             sensor_width_mm=self.number(table, "sensor_width_mm", where, positive=True),
@@ -184,6 +185,8 @@ class _Reader:
             raise self.fail(
                 where, "material", "a name, or fractions of metals such as { Fe = 0.74, Cr = 0.26 }"
             )
+        elif is_spectrum_file(material):
+            material = str(self.existing(material, where))
         return BallSettings(
             self.number(table, "radius_m", where, positive=True) or default.radius_m, material
         )
@@ -256,7 +259,7 @@ def save_capture(capture: Capture, path: Path) -> None:
         distortion=camera.distortion if any(camera.distortion) else None,
         half_size=camera.half_size or None,
     )
-    lines += ["", "[ball]", *_entries(radius_m=ball.radius_m, material=ball.material)]
+    lines += ["", "[ball]", *_entries(radius_m=ball.radius_m, material=_material(ball.material, folder))]
     lines += ["", "[light]", *_entries(families=capture.families, method=capture.method)]
     lines += ["", "[panorama]", *_entries(composition=capture.composition)]
     for view in capture.views:
@@ -276,6 +279,12 @@ def save_capture(capture: Capture, path: Path) -> None:
         )
     with written_whole(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _material(material: str | Mapping[str, float], folder: Path) -> str | Mapping[str, float] | None:
+    """A ball's material, the path of a measured one relative to the capture file where it can be."""
+    is_file = isinstance(material, str) and is_spectrum_file(material)
+    return _relative(Path(str(material)), folder) if is_file else material
 
 
 def _relative(path: Path | None, folder: Path) -> str | None:
