@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .errors import SpectralProbeError
+from .library_commands import EXAMPLE, add_words, library
 from .model import Job, Progress
 
 type Numbers = dict[str, Any]
@@ -55,6 +56,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         "probe": _probe,
         "spectrum": _spectrum,
         "compare": _compare,
+        "library": library,
         **(blender_verbs or {}),
     }
     try:
@@ -186,6 +188,9 @@ def _parser() -> argparse.ArgumentParser:
     _folder(compare)
     compare.add_argument(
         "--blur", type=_not_negative, default=0.0, help="Gaussian blur in pixels against noise (default 0)"
+    )
+    add_words(
+        verb("library", "Lamps, cameras, metals, glasses, reflectances and balls that are known.", EXAMPLE)
     )
     return parser
 

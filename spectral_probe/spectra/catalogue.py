@@ -1,0 +1,242 @@
+"""Everything spectral the library knows, in one list: to look through, to search, and to take curves from.
+
+A folder of the user's own files can be looked through together with it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import SpectralDataError
+from ..files.spectrum_file import first_columns, is_spectrum_file, read_samples
+from ..model import FloatArray
+from . import passports
+from .camera import camera_sensitivities, cameras_in, gains_remark
+from .colorimetry import on_grid
+from .colour_science import colour
+from .curves import LIGHT, REFLECTANCE, SENSITIVITY, TRANSMITTANCE, SampledCurves
+from .curves import on_grid as curves_on_grid
+from .grid import WAVELENGTHS_NM
+from .library import daylight, lamp_spectrum, planck
+from .metals import METAL_NAMES, ball_reflectance, metal_page
+from .passports import KINDS, Passport
+from .refractive import optical_constants, page_of, search_pages
+
+_BUILT_IN: Mapping[str, Callable[[], Iterator[Passport]]] = {
+    "lamp": passports.lamps,
+    "camera": passports.cameras,
+    "metal": passports.metals,
+    "reflectance": passports.reflectances,
+    "ball": passports.balls,
+}
+_COMPUTED = re.compile(r"(planck|daylight)\s*(\d+(?:\.\d+)?)\s*k?", re.IGNORECASE)
+_OF_QUANTITY = {LIGHT: "lamp", REFLECTANCE: "reflectance", TRANSMITTANCE: "glass"}
+
+
+def catalogue(kind: str | None = None, folder: Path | None = None) -> tuple[Passport, ...]:
+    """Passports of what is known, of one kind or of all; those of a folder of the user's go first.
+
+    Raises
+    ------
+    SpectralDataError
+        If there is no such kind, or no such folder.
+
+    Examples
+    --------
+    >>> [ball.name for ball in catalogue("ball")]
+    ['SUS304', 'stainless steel', 'chrome', 'silver', 'aluminium', 'ideal']
+    """
+    if kind is not None and kind not in KINDS:
+        near = difflib.get_close_matches(kind, KINDS, n=1, cutoff=0.4)
+        hint = f'Did you mean "{near[0]}"? ' if near else ""
+        raise SpectralDataError(f'There is no kind "{kind}". {hint}Kinds are {", ".join(KINDS)}.')
+    own = () if folder is None else tuple(passport for passport, _ in _own(folder))
+    return tuple(p for p in (*own, *_built_in()) if kind in {None, p.kind})
+
+
+@cache
+def _built_in() -> tuple[Passport, ...]:
+    return tuple(passport for kind in KINDS if kind in _BUILT_IN for passport in _BUILT_IN[kind]())
+
+
+def find(name: str, kind: str | None = None, folder: Path | None = None) -> Passport:
+    """The passport of a name, capitals or not: of the list, a computed lamp, or a page of refractiveindex.info.
+
+    Raises
+    ------
+    SpectralDataError
+        If there is none of that name; the message suggests the nearest.
+
+    Examples
+    --------
+    >>> find("gold").family
+    'Gold, main/Au/Johnson'
+    >>> find("Planck 3200 K").family
+    'incandescent'
+    """
+    known = catalogue(kind, folder)
+    by_name = {passport.name.casefold(): passport for passport in reversed(known)}
+    english = {word.casefold(): symbol.casefold() for symbol, word in METAL_NAMES.items()}
+    wanted = name.strip().casefold()
+    if wanted in by_name or english.get(wanted) in by_name:
+        return by_name.get(wanted) or by_name[english[wanted]]
+    if _COMPUTED.fullmatch(wanted) and kind in {None, "lamp"}:
+        lamp_spectrum(name)  # is its temperature one?
+        return passports.computed_lamp(name.strip())
+    if wanted.count("/") == 2 and kind in {None, "metal"}:
+        return passports.metal_of_page(page_of(name.strip()))
+    near = difflib.get_close_matches(wanted, [*by_name, *english], n=1, cutoff=0.5)
+    found = by_name.get(near[0]) or by_name[english[near[0]]] if near else None
+    hint = f'Did you mean "{found.name}"?' if found else f"Look for it with: library search {name}."
+    raise SpectralDataError(f'There is no {kind or "entry"} called "{name}" in the library. {hint}')
+
+
+def search(words: Sequence[str], folder: Path | None = None) -> tuple[Passport, ...]:
+    """Passports that have every word anywhere in them, all of refractiveindex.info among them.
+
+    Examples
+    --------
+    >>> [found.name for found in search(["karlsson", "ferritic"])]
+    ['other/stainless_steel/Karlsson-ferritic']
+    """
+    wanted = [word.casefold() for word in words]
+
+    def text(passport: Passport) -> str:
+        return f"{passport.name} {passport.kind} {passport.family} {passport.source} {passport.remark}".casefold()
+
+    listed = [p for p in catalogue(None, folder) if all(word in text(p) for word in wanted)]
+    pages = [passports.metal_of_page(page) for page in search_pages(words)]
+    return (*listed, *pages)
+
+
+def curves_of(passport: Passport, folder: Path | None = None) -> dict[str, FloatArray]:
+    """The curves of an entry on the exchange grid, (61,) each, by the name of what they are.
+
+    Examples
+    --------
+    >>> list(curves_of(find("Au"))), list(curves_of(find("Canon EOS 5D Mark II")))
+    (['n', 'k', 'reflectance'], ['r', 'g', 'b'])
+    """
+    for own, path in () if folder is None else _own(folder):
+        if own == passport:
+            return _curves_of_file(own, path)
+    match passport.kind:
+        case "lamp":
+            return {"relative_power": lamp_spectrum(passport.name)}
+        case "camera":
+            return dict(zip("rgb", camera_sensitivities(passport.name).T, strict=True))
+        case "metal":
+            return _metal_curves(passport.name)
+        case "reflectance":
+            chart, patch = passport.name.split(": ", 1)
+            return {"reflectance": on_grid(colour.SDS_COLOURCHECKERS[chart][patch])}
+        case _:
+            at_angles = ball_reflectance(passport.name, np.cos(np.radians([0.0, 60.0, 80.0])))
+            return {f"reflectance_{deg}deg": row for deg, row in zip((0, 60, 80), at_angles, strict=True)}
+
+
+def as_tabulated(passport: Passport, folder: Path | None = None) -> tuple[FloatArray, FloatArray]:
+    """Wavelengths and values of the first curve of an entry over its whole table, which may be wider than our grid.
+
+    A lamp that is computed is computed for 360-830 nm, where the eye's response ends.
+    """
+    path = None if folder is None else library_file(passport.name, passport.kind, folder)
+    if path is not None:
+        samples = read_samples(path)
+        order = np.argsort(samples.wavelengths_nm)
+        return samples.wavelengths_nm[order], samples.values[0][order]
+    for known in (colour.SDS_ILLUMINANTS, colour.SDS_LIGHT_SOURCES):
+        if passport.kind == "lamp" and passport.name in known:
+            return np.asarray(known[passport.name].wavelengths, float), np.asarray(
+                known[passport.name].values, float
+            )
+    computed = _COMPUTED.fullmatch(passport.name)
+    if passport.kind == "lamp" and computed:
+        wide_nm = np.arange(360.0, 831.0, 5.0)
+        kelvin = float(computed[2])
+        return wide_nm, planck(kelvin, wide_nm) if computed[1].lower() == "planck" else daylight(
+            kelvin, wide_nm
+        )
+    return WAVELENGTHS_NM, next(iter(curves_of(passport, folder).values()))
+
+
+def _metal_curves(name: str) -> dict[str, FloatArray]:
+    """N, k and reflectance at normal incidence; a clear glass has no k, and reflects by its n alone."""
+    n, k = optical_constants(metal_page(name), WAVELENGTHS_NM)
+    absorbing = np.zeros_like(n) if k is None else k
+    reflectance = ((n - 1) ** 2 + absorbing**2) / ((n + 1) ** 2 + absorbing**2)
+    return {"n": n, **({} if k is None else {"k": k}), "reflectance": reflectance}
+
+
+# ---------------------------------------------------------------- a folder of the user's own
+
+
+def library_file(name: str, kind: str, folder: Path) -> Path | None:
+    """The file in a folder that an entry of that name and kind came from; None where there is none."""
+    return next(
+        (path for p, path in _own(folder) if p.kind == kind and p.name.casefold() == name.casefold()), None
+    )
+
+
+def _own(folder: Path) -> list[tuple[Passport, Path]]:
+    """Passports of the files in a folder; those that cannot be read, or used, are passed over.
+
+    Raises
+    ------
+    SpectralDataError
+        If it is no folder.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise SpectralDataError(f"There is no folder {folder}. Check the path.")
+    cameras = {path: name for name, path in cameras_in(folder).items()}
+    found = []
+    for path in sorted(folder.iterdir(), key=lambda path: path.name.casefold()):
+        if not path.is_file() or not is_spectrum_file(path.name):
+            continue
+        try:
+            samples = read_samples(path)
+            quantity = SENSITIVITY if path in cameras else _quantity(samples, path)
+            columns = len(samples.columns) if path in cameras else 1
+            curves_on_grid(first_columns(samples, columns), quantity)
+        except SpectralDataError:
+            continue
+        found.append((_own_passport(samples, path, quantity, cameras.get(path)), path))
+    return found
+
+
+def _own_passport(samples: SampledCurves, path: Path, quantity: str, camera: str | None) -> Passport:
+    remark = gains_remark(camera, camera_sensitivities(file=path)) if camera else None
+    return Passport(
+        camera or path.stem,
+        "camera" if camera else _OF_QUANTITY[quantity],
+        f"own file {path.name}",
+        f"relative spectral {quantity}" if camera else quantity,
+        "1, fraction" if quantity in {REFLECTANCE, TRANSMITTANCE} else "1, relative",
+        *samples.range_nm,
+        samples.licence or "the user's own",
+        samples.source or path.name,
+        remark or "",
+    )
+
+
+def _quantity(samples: SampledCurves, path: Path) -> str:
+    """What a file of one curve holds, by the words of its heading and its name; a light where they say nothing."""
+    words = f"{samples.columns[0]} {path.stem}".casefold()
+    if any(word in words for word in ("transmi", "glass", "filter")):
+        return TRANSMITTANCE
+    return REFLECTANCE if any(word in words for word in ("reflect", "albedo", "patch", "ball")) else LIGHT
+
+
+def _curves_of_file(passport: Passport, path: Path) -> dict[str, FloatArray]:
+    if passport.kind == "camera":
+        return dict(zip("rgb", camera_sensitivities(file=path).T, strict=True))
+    quantity = next(quantity for quantity, kind in _OF_QUANTITY.items() if kind == passport.kind)
+    curve = curves_on_grid(first_columns(read_samples(path), 1), quantity)[0]
+    return {"relative_power" if quantity == LIGHT else quantity: curve}
