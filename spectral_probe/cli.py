@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from . import cli_filter
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
 from .model import Job, Progress
@@ -55,6 +56,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         "calibrate": _calibrate,
         "probe": _probe,
         "spectrum": _spectrum,
+        "filter": cli_filter.run,
         "compare": _compare,
         "library": library,
         **(blender_verbs or {}),
@@ -160,6 +162,8 @@ def _parser() -> argparse.ArgumentParser:
         "--radius", type=_positive, default=0.5, help="degrees to average over (default 0.5)"
     )
     _folder(spectrum, required=False, text="folder to write to (default: the probe's)")
+
+    cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
 
     render = verb(
         "render",
