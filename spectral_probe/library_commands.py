@@ -23,9 +23,10 @@ if TYPE_CHECKING:
 type Numbers = dict[str, Any]
 
 _AT_NM = (450, 550, 650)
-EXAMPLE = (
-    "library list lamp | library show FL11 -o fl11.png | library show Planck 3200 K | library search steel"
-)
+EXAMPLE = """library list lamp
+         spectral-probe library show FL11 -o fl11.png
+         spectral-probe library show Planck 3200 K
+         spectral-probe library search steel"""
 
 
 def add_words(parser: argparse.ArgumentParser) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..model import FloatArray
-from ..spectra.curves import LIGHT
+from ..spectra.curves import NUMBER
 from .spectrum_file import read_curves
 
 
-def read_spectrum_csv(path: Path, columns: int = 1, quantity: str = LIGHT) -> FloatArray:
+def read_spectrum_csv(path: Path, columns: int = 1, quantity: str = NUMBER) -> FloatArray:
     """Read values of a table at `WAVELENGTHS_NM`.
 
     Parameters
@@ -19,7 +19,8 @@ def read_spectrum_csv(path: Path, columns: int = 1, quantity: str = LIGHT) -> Fl
     columns
         Number of value columns wanted.
     quantity
-        What the values are: `LIGHT`, `REFLECTANCE`, `TRANSMITTANCE`, `SENSITIVITY` or `NUMBER` of `spectra.curves`.
+        What the values are: `LIGHT`, `REFLECTANCE`, `TRANSMITTANCE`, `SENSITIVITY` of `spectra.curves`, which are checked, or
+        `NUMBER`, which may be anything finite.
 
     Returns
     -------

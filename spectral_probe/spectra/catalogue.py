@@ -22,6 +22,7 @@ from .colorimetry import on_grid
 from .colour_science import colour
 from .curves import LIGHT, REFLECTANCE, SENSITIVITY, TRANSMITTANCE, SampledCurves
 from .curves import on_grid as curves_on_grid
+from .glass import glass_transmittance
 from .grid import WAVELENGTHS_NM
 from .library import daylight, lamp_spectrum, planck
 from .metals import METAL_NAMES, ball_reflectance, metal_page
@@ -32,6 +33,7 @@ _BUILT_IN: Mapping[str, Callable[[], Iterator[Passport]]] = {
     "lamp": passports.lamps,
     "camera": passports.cameras,
     "metal": passports.metals,
+    "glass": passports.glasses,
     "reflectance": passports.reflectances,
     "ball": passports.balls,
 }
@@ -126,19 +128,7 @@ def curves_of(passport: Passport, folder: Path | None = None) -> dict[str, Float
     for own, path in () if folder is None else _own(folder):
         if own == passport:
             return _curves_of_file(own, path)
-    match passport.kind:
-        case "lamp":
-            return {"relative_power": lamp_spectrum(passport.name)}
-        case "camera":
-            return dict(zip("rgb", camera_sensitivities(passport.name).T, strict=True))
-        case "metal":
-            return _metal_curves(passport.name)
-        case "reflectance":
-            chart, patch = passport.name.split(": ", 1)
-            return {"reflectance": on_grid(colour.SDS_COLOURCHECKERS[chart][patch])}
-        case _:
-            at_angles = ball_reflectance(passport.name, np.cos(np.radians([0.0, 60.0, 80.0])))
-            return {f"reflectance_{deg}deg": row for deg, row in zip((0, 60, 80), at_angles, strict=True)}
+    return _CURVES[passport.kind](passport.name)
 
 
 def as_tabulated(passport: Passport, folder: Path | None = None) -> tuple[FloatArray, FloatArray]:
@@ -167,11 +157,31 @@ def as_tabulated(passport: Passport, folder: Path | None = None) -> tuple[FloatA
 
 
 def _metal_curves(name: str) -> dict[str, FloatArray]:
-    """N, k and reflectance at normal incidence; a clear glass has no k, and reflects by its n alone."""
+    """Index and reflectance at normal incidence; a clear glass has no k, and reflects by its n alone."""
     n, k = optical_constants(metal_page(name), WAVELENGTHS_NM)
     absorbing = np.zeros_like(n) if k is None else k
     reflectance = ((n - 1) ** 2 + absorbing**2) / ((n + 1) ** 2 + absorbing**2)
     return {"n": n, **({} if k is None else {"k": k}), "reflectance": reflectance}
+
+
+def _reflectance_curve(name: str) -> dict[str, FloatArray]:
+    chart, patch = name.split(": ", 1)
+    return {"reflectance": on_grid(colour.SDS_COLOURCHECKERS[chart][patch])}
+
+
+def _ball_curves(name: str) -> dict[str, FloatArray]:
+    at_angles = ball_reflectance(name, np.cos(np.radians([0.0, 60.0, 80.0])))
+    return {f"reflectance_{deg}deg": row for deg, row in zip((0, 60, 80), at_angles, strict=True)}
+
+
+_CURVES: Mapping[str, Callable[[str], dict[str, FloatArray]]] = {
+    "lamp": lambda name: {"relative_power": lamp_spectrum(name)},
+    "camera": lambda name: dict(zip("rgb", camera_sensitivities(name).T, strict=True)),
+    "metal": _metal_curves,
+    "glass": lambda name: {"transmittance": glass_transmittance(name)},
+    "reflectance": _reflectance_curve,
+    "ball": _ball_curves,
+}
 
 
 # ---------------------------------------------------------------- a folder of the user's own

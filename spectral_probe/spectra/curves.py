@@ -19,7 +19,8 @@ SENSITIVITY, NUMBER = "sensitivity", "number"
 its being finite are checked."""
 
 LARGEST_GAP_NM = 25.0
-"""Rows may be this far apart within 400-700 nm. ASTM E308 has no weights for tables coarser than 20 nm."""
+"""Rows of a table may be this far apart within 400-700 nm, unless it is as coarse throughout: then somebody wrote it so.
+ASTM E308 has no weights for tables coarser than 20 nm."""
 
 _NOISE = 0.02
 """Values below zero, or above a reflectance of one, by up to this share of the scale are an instrument's noise."""
@@ -70,7 +71,7 @@ def checked(curves: SampledCurves, quantity: str) -> SampledCurves:
     >>> checked(glass, TRANSMITTANCE)
     Traceback (most recent call last):
     ...
-    spectral_probe.errors.SpectralDataError: red.csv has no row between 400 and 700 nm. ...
+    spectral_probe.errors.SpectralDataError: red.csv seems to be in percent (91 at 700 nm). ...
     """
     curves = _ascending(curves)
     _check_wavelengths(curves)
@@ -202,9 +203,10 @@ def _check_cover(curves: SampledCurves) -> None:
             "Give a file that covers it."
         )
     left, right = known[:-1], known[1:]
-    gaps = np.where((right > first) & (left < last), right - left, 0.0)
+    inside = (right > first) & (left < last)
+    gaps = np.where(inside, right - left, 0.0)
     widest = int(gaps.argmax())
-    if gaps[widest] > LARGEST_GAP_NM:
+    if gaps[widest] > max(LARGEST_GAP_NM, 1.1 * float(gaps[inside].min())):
         raise SpectralDataError(
             f"{curves.name} has no row between {left[widest]:g} and {right[widest]:g} nm. "
             f"Give rows at most {LARGEST_GAP_NM:g} nm apart; nobody knows what lies between."

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from ..files.spectrum_file import read_samples
 from .camera import REC709, camera_curves, camera_names, camera_sensitivities, gains_remark
 from .colour_science import colour
+from .glass import GLASSES, SHORT_NAMES
 from .library import FAMILIES, lamp_names
 from .metals import BALL_MATERIALS, METAL_NAMES, METAL_PAGES
 from .refractive import Page, page_of, visible_range_nm
 
 KINDS = ("lamp", "camera", "metal", "glass", "reflectance", "ball")
+
+_DATA = Path(__file__).resolve().parents[1] / "data"
 
 _COLOUR = "BSD-3-Clause (colour-science)"
 _CIE = f"{_COLOUR}; tables of the CIE under CC BY-SA 4.0"
@@ -154,6 +160,25 @@ def metal_of_page(page: Page, name: str | None = None, english: str | None = Non
 
 def _source(page: Page) -> str:
     return page.reference + (f", doi {page.doi}" if page.doi and page.doi not in page.reference else "")
+
+
+def glasses() -> Iterator[Passport]:
+    """The stained glasses that come with the program; their passports stand in data/SOURCES.toml."""
+    sources = tomllib.loads((_DATA / "SOURCES.toml").read_text(encoding="utf-8"))
+    for name, path in GLASSES.items():
+        passport = sources[path.relative_to(_DATA).as_posix()]
+        first, last = read_samples(path).range_nm
+        yield Passport(
+            name,
+            "glass",
+            f"stands for {SHORT_NAMES[name]}" if name in SHORT_NAMES else "stained glass",
+            passport["quantity"],
+            passport["unit"],
+            first,
+            last,
+            passport["licence"],
+            passport["source"],
+        )
 
 
 def reflectances() -> Iterator[Passport]:

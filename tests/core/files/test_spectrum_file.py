@@ -73,7 +73,7 @@ def test_a_line_keeps_its_power_in_a_fine_table(tmp_path):
         assert abs(centre - line_nm) <= STEP_NM / 2
 
 
-@pytest.mark.parametrize("step", [1, 2, 3, 4, 5, 10, 20])
+@pytest.mark.parametrize("step", [1, 2, 3, 4, 5, 10, 20, 50])
 def test_a_smooth_curve_stays_itself_whatever_the_step(tmp_path, step):
     file = write(tmp_path / "a.csv", rows(step=step))
     assert read_spectrum_csv(file)[0] == pytest.approx(TRUTH, abs=1e-6)
@@ -165,6 +165,7 @@ def constant(value, step=10, first=380, last=780):
         (rows() + "\n780,1\n", LIGHT, r"lists a wavelength twice \(780 nm\)"),
         (rows(last=600) + "\n" + rows(first=595), LIGHT, "do not ascend: after 600 comes 595.*two scans overlap"),
         (rows(last=500) + "\n" + rows(first=560), LIGHT, "no row between 500 and 560 nm"),
+        ("400,1\n450,1\n600,1\n700,1", LIGHT, "no row between 450 and 600 nm"),
         (rows(first=430), LIGHT, "covers 430-780 nm, but 400-700 nm is needed"),
         (rows(last=690), LIGHT, "covers 380-690 nm"),
         ("\n".join(f"{nm / 1000},1" for nm in range(380, 790, 10)), LIGHT, "looks like micrometres.*by 1000"),
