@@ -9,7 +9,9 @@ from pathlib import Path
 
 import bpy
 
+from ..preferences import library_folder
 from ..spectral_probe.errors import CaptureError
+from ..spectral_probe.files.spectrum_file import is_spectrum_file
 from ..spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
 
 _FRACTION = re.compile(r"\s*([A-Z][a-z]?)\s*[\s=:]\s*([0-9]*\.?[0-9]+)\s*")
@@ -84,7 +86,9 @@ def add_photos(view: bpy.types.PropertyGroup, paths: list[Path]) -> None:
 
 
 def material_from(text: str) -> str | Mapping[str, float]:
-    """A ball material: "Fe 0.74, Cr 0.18, Ni 0.08" as fractions of metals, anything else as a name."""
+    """A ball material: "Fe 0.74, Cr 0.18" as fractions of metals, a file's name as its path, anything else as a name."""
+    if is_spectrum_file(text.strip()):
+        return bpy.path.abspath(text.strip())
     parts = [_FRACTION.fullmatch(part) for part in text.split(",")]
     if all(parts):
         return {part[1]: float(part[2]) for part in parts if part}
@@ -152,7 +156,7 @@ def _camera_from(camera: bpy.types.PropertyGroup) -> CameraSettings:
         raise CaptureError("The focal length in pixels is 0. Give it, or take it from the photographs.")
     return CameraSettings(
         model=camera.model or None,
-        sensitivities=path_of(camera.sensitivities),
+        sensitivities=path_of(camera.sensitivities) or _own_camera(camera.model),
         focal_px=_pair(camera.focal_px) if source == "PX" else None,
         focal_mm=_decimal(camera.focal_mm) if source == "MM" else None,
         sensor_width_mm=_decimal(camera.sensor_width_mm) or None if source in {"EXIF", "MM"} else None,
@@ -163,6 +167,16 @@ def _camera_from(camera: bpy.types.PropertyGroup) -> CameraSettings:
         ),
         half_size=camera.half_size,
     )
+
+
+def _own_camera(model: str) -> Path | None:
+    """The file of a camera of the user's library folder; None for every other camera."""
+    folder = library_folder()
+    if folder is None or not model:
+        return None
+    from ..spectral_probe.spectra.camera import cameras_in
+
+    return cameras_in(folder).get(model)
 
 
 def _fill_camera(camera: bpy.types.PropertyGroup, given: CameraSettings) -> None:

@@ -21,8 +21,11 @@ import bpy
 import numpy as np
 from mathutils import Color
 
+from ...preferences import library_folder
 from ...spectral_probe.errors import RenderError, SpectralProbeError
 from ...spectral_probe.files.spectrum_csv import read_spectrum_csv
+from ...spectral_probe.files.spectrum_file import is_spectrum_file
+from ...spectral_probe.spectra.catalogue import curves_of, find
 from ...spectral_probe.spectra.colorimetry import illuminant, spectra_to_xyz, xyz_to_rec709
 from ...spectral_probe.spectra.curves import NUMBER, REFLECTANCE
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
@@ -150,10 +153,14 @@ def _index(metal: str) -> tuple[Array, Array]:
 
 
 def _reflectance(path: str) -> Array:
+    """Reflectance (61,) from a file, or of a surface of the library."""
     if not path:
         raise RenderError(
-            "no file with its reflectance is given. Choose a CSV file, or another kind of spectrum."
+            "no file with its reflectance is given. Choose a file or a surface of the library, or another kind of spectrum."
         )
+    if not is_spectrum_file(path):
+        folder = library_folder()
+        return curves_of(find(path, "reflectance", folder), folder)["reflectance"]
     return read_spectrum_csv(Path(bpy.path.abspath(path)), quantity=REFLECTANCE)[0]
 
 

@@ -27,7 +27,7 @@ from .grid import WAVELENGTHS_NM
 from .library import daylight, lamp_spectrum, planck
 from .metals import METAL_NAMES, ball_reflectance, metal_page
 from .passports import KINDS, Passport
-from .refractive import optical_constants, page_of, search_pages
+from .refractive import is_page_name, optical_constants, page_of, search_pages
 
 _BUILT_IN: Mapping[str, Callable[[], Iterator[Passport]]] = {
     "lamp": passports.lamps,
@@ -84,19 +84,29 @@ def find(name: str, kind: str | None = None, folder: Path | None = None) -> Pass
     """
     known = catalogue(kind, folder)
     by_name = {passport.name.casefold(): passport for passport in reversed(known)}
-    english = {word.casefold(): symbol.casefold() for symbol, word in METAL_NAMES.items()}
     wanted = name.strip().casefold()
-    if wanted in by_name or english.get(wanted) in by_name:
-        return by_name.get(wanted) or by_name[english[wanted]]
+    if wanted in by_name:
+        return by_name[wanted]
     if _COMPUTED.fullmatch(wanted) and kind in {None, "lamp"}:
         lamp_spectrum(name)  # is its temperature one?
         return passports.computed_lamp(name.strip())
-    if wanted.count("/") == 2 and kind in {None, "metal"}:
+    if is_page_name(wanted) and kind in {None, "metal"}:
         return passports.metal_of_page(page_of(name.strip()))
-    near = difflib.get_close_matches(wanted, [*by_name, *english], n=1, cutoff=0.5)
-    found = by_name.get(near[0]) or by_name[english[near[0]]] if near else None
-    hint = f'Did you mean "{found.name}"?' if found else f"Look for it with: library search {name}."
+    other_names = {alias: passport for passport in reversed(known) for alias in _other_names(passport)}
+    if wanted in other_names:
+        return other_names[wanted]
+    near = difflib.get_close_matches(wanted, by_name | other_names, n=1, cutoff=0.5)
+    hint = f"Look for it with: library search {name}."
+    if near:
+        hint = f'Did you mean "{(by_name | other_names)[near[0]].name}"?'
     raise SpectralDataError(f'There is no {kind or "entry"} called "{name}" in the library. {hint}')
+
+
+def _other_names(passport: Passport) -> tuple[str, ...]:
+    """What people call an entry besides its name: a metal in English, a patch without its chart."""
+    english = METAL_NAMES.get(passport.name, "") if passport.kind == "metal" else ""
+    patch = passport.name.partition(": ")[2]
+    return tuple(alias.casefold() for alias in (english, patch) if alias)
 
 
 def search(words: Sequence[str], folder: Path | None = None) -> tuple[Passport, ...]:

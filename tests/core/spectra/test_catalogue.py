@@ -45,6 +45,7 @@ def test_lamps_by_temperature():
 def test_names_are_found_whatever_their_capitals_and_by_kind_where_two_share_one():
     assert find("fl11").name == "FL11"
     assert find("Gold").name == "Au"
+    assert find("dark skin").name == "ColorChecker N Ohta: dark skin"
     assert find("stainless steel").kind == "metal"
     assert find("stainless steel", "ball").kind == "ball"
     assert find("main/Cu/Babar").kind == "metal"
@@ -56,6 +57,9 @@ def test_names_are_found_whatever_their_capitals_and_by_kind_where_two_share_one
     [
         ("FL 11", None, 'Did you mean "FL11"'),
         ("Nikon 5100", "camera", 'no camera called .*Did you mean "Nikon 5100 '),
+        ("3-LED-1 (457/540/606)", None, r'Did you mean "3-LED-1 \(457/540/605\)"'),
+        ("golt", "ball", "no ball called"),
+        ("dark skinn", None, 'Did you mean "ColorChecker N Ohta: dark skin"'),
         ("xyzzy", None, "library search xyzzy"),
         ("main/Au/Nobody", None, "has no page"),
     ],

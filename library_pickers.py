@@ -1,0 +1,81 @@
+"""What fields offer while a name is typed into them: entries of the library, with what they are beside them.
+
+Free text stays allowed. The libraries behind load when somebody types, not when Blender starts.
+"""
+
+from collections.abc import Iterable
+
+import bpy
+
+from .preferences import library_folder
+
+type Candidates = list[tuple[str, str]]
+
+_FEWEST_LETTERS = (
+    3  # before all of refractiveindex.info is searched: two letters are in thousands of its pages
+)
+_MOST = 200  # candidates; a longer menu helps nobody
+
+
+def camera_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
+    """Cameras of the library and of the user's folder."""
+    from .spectral_probe.spectra.camera import camera_names as known
+    from .spectral_probe.spectra.camera import cameras_in
+
+    folder = library_folder()
+    own = [] if folder is None else [(name, path.name) for name, path in cameras_in(folder).items()]
+    return _matching([*own, *((name, "") for name in known())], typed)
+
+
+def ball_materials(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
+    """Balls known by name, then metals, then pages of refractiveindex.info."""
+    from .spectral_probe.spectra.metals import BALL_MATERIALS
+
+    balls = [
+        (
+            name,
+            " + ".join(f"{fraction:g} {metal}" for metal, fraction in fractions.items())
+            if len(fractions) > 1
+            else "",
+        )
+        for name, fractions in BALL_MATERIALS.items()
+    ]
+    return [*_matching(balls, typed), *(entry for entry in _metals(typed) if entry[0] not in BALL_MATERIALS)]
+
+
+def metal_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
+    """Metals known by name, then pages of refractiveindex.info."""
+    return _metals(typed)
+
+
+def reflectance_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
+    """Measured surfaces of the library and of the user's folder."""
+    from .spectral_probe.spectra.catalogue import catalogue
+
+    return _matching([(entry.name, "") for entry in catalogue("reflectance", library_folder())], typed)
+
+
+def lamp_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
+    """Lamps of the library and of the user's folder, with their families."""
+    from .spectral_probe.spectra.catalogue import catalogue
+
+    return _matching([(entry.name, entry.family) for entry in catalogue("lamp", library_folder())], typed)
+
+
+def _metals(typed: str) -> Candidates:
+    from .spectral_probe.spectra.metals import METAL_NAMES, METAL_PAGES
+    from .spectral_probe.spectra.refractive import search_pages
+
+    known = _matching(
+        [(symbol, f"{METAL_NAMES[symbol]}, {page}") for symbol, page in METAL_PAGES.items()], typed
+    )
+    if len(typed.strip()) < _FEWEST_LETTERS:
+        return known
+    pages = search_pages(typed.split())
+    return [*known, *((page.name, page.remark or page.title) for page in pages)][:_MOST]
+
+
+def _matching(candidates: Iterable[tuple[str, str]], typed: str) -> Candidates:
+    """Candidates that have every word typed in their name or in what they are."""
+    words = typed.casefold().split()
+    return [entry for entry in candidates if all(word in " ".join(entry).casefold() for word in words)]
