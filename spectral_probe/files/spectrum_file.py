@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import re
 from dataclasses import replace
@@ -47,20 +48,27 @@ def read_samples(path: Path) -> SampledCurves:
     if path.is_dir():
         raise SpectralDataError(f"{path} is a folder. Give the name of a file in it.")
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        data = path.read_bytes()
     except FileNotFoundError:
         raise SpectralDataError(f"There is no file at {path}. Check the path.") from None
-    except UnicodeDecodeError:
-        text = path.read_text(
-            encoding="latin-1"
-        )  # spreadsheets of the last century; binary files have no rows
     except OSError as problem:
         raise SpectralDataError(f"{path} cannot be read ({problem.strerror}). Check the file.") from None
+    text = _decoded(data)
     if path.suffix.lower() == ".json":
         return _ampas_json(text, path.name)
     if text.lstrip().startswith("<"):
         return _tm27(text, path.name)
     return parse_text(text, path.name)
+
+
+def _decoded(data: bytes) -> str:
+    """Text in UTF-8, in UTF-16 with its mark as Windows programs write it, or else in Latin-1, which reads anything."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 def read_curves(path: Path, quantity: str, columns: int = 1) -> FloatArray:

@@ -176,7 +176,7 @@ def _metal_curves(name: str) -> dict[str, FloatArray]:
 
 def _reflectance_curve(name: str) -> dict[str, FloatArray]:
     chart, patch = name.split(": ", 1)
-    return {"reflectance": on_grid(colour.SDS_COLOURCHECKERS[chart][patch])}
+    return {"reflectance": np.clip(on_grid(passports.reflectance_set(chart)[patch]), 0.0, 1.0)}
 
 
 def _ball_curves(name: str) -> dict[str, FloatArray]:

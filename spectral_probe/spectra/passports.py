@@ -5,11 +5,13 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from ..files.spectrum_file import read_samples
 from .camera import REC709, camera_curves, camera_names, camera_sensitivities, gains_remark
+from .colorimetry import on_grid
 from .colour_science import colour
 from .glass import GLASSES, SHORT_NAMES
 from .library import FAMILIES, lamp_names
@@ -24,6 +26,8 @@ _COLOUR = "BSD-3-Clause (colour-science)"
 _CIE = f"{_COLOUR}; tables of the CIE under CC BY-SA 4.0"
 _COMPUTED = "computed here, no licence needed"
 _PAGES = "CC0 1.0 (refractiveindex.info)"
+
+_RAWTOACES = f"{_COLOUR}, from the Academy's rawtoaces"
 
 _CIE_2018 = "CIE 015:2018 Colorimetry, doi 10.25039/TR.015.2018"
 _ISO_7589 = "ISO 7589:2002 Photography - Illuminants for sensitometry"
@@ -40,9 +44,10 @@ _NPL = "Darrodi et al., J. Opt. Soc. Am. A 32, 381 (2015), doi 10.1364/JOSAA.32.
 REFLECTANCE_SETS: Mapping[str, str] = {
     "ColorChecker N Ohta": "Ohta, N. (1997), The basis of color reproduction engineering; the same as ISO 17321-1",
     "BabelColor Average": "Danny Pascale, BabelColor (2012), average of 30 charts; used by permission",
+    "rawtoaces": "Academy of Motion Picture Arts and Sciences, rawtoaces, its 190 training patches",
     "PMC": "Luo, M. R. (2024), The new preferred memory color chart, doi 10.1002/col.22940",
 }
-"""Sets of measured surfaces that colour-science carries, and where each comes from."""
+"""Charts of measured surfaces that colour-science carries, and where each comes from."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +131,7 @@ def cameras() -> Iterator[Passport]:
             family, licence = "display-referred pictures", _CIE
             source = "CIE 1931 colour-matching functions through XYZ to Rec.709 (ITU-R BT.709, D65)"
         elif not name.endswith("(NPL)"):
-            licence = f"{_COLOUR}, from the Academy's rawtoaces"
+            licence = _RAWTOACES
             source = "Academy of Motion Picture Arts and Sciences, rawtoaces"
         quantity = "relative spectral sensitivity"
         yield Passport(
@@ -184,8 +189,10 @@ def glasses() -> Iterator[Passport]:
 def reflectances() -> Iterator[Passport]:
     """Surfaces that colour-science carries, set by set; named "set: patch"."""
     for family, source in REFLECTANCE_SETS.items():
-        for patch, distribution in colour.SDS_COLOURCHECKERS[family].items():
+        for patch, distribution in reflectance_set(family).items():
             first, last = _ends(distribution)
+            highest = float(on_grid(distribution).max())
+            remark = f"Its table reaches {highest:.3f}; it is limited to 1." if highest > 1 else ""
             quantity = "reflectance factor"
             yield Passport(
                 f"{family}: {patch}",
@@ -195,9 +202,19 @@ def reflectances() -> Iterator[Passport]:
                 "1, fraction",
                 first,
                 last,
-                _COLOUR,
+                _RAWTOACES if family == "rawtoaces" else _COLOUR,
                 source,
+                remark,
             )
+
+
+@cache
+def reflectance_set(family: str) -> Mapping[str, Any]:
+    """Spectral distributions of colour-science by name of the patch, for a set of `REFLECTANCE_SETS`."""
+    if family != "rawtoaces":
+        return dict(colour.SDS_COLOURCHECKERS[family])
+    patches = colour.characterisation.read_training_data_rawtoaces_v1()
+    return dict(zip(patches.labels, patches.to_sds(), strict=True))
 
 
 def balls() -> Iterator[Passport]:

@@ -57,6 +57,8 @@ def test_text_of_every_country(tmp_path, text):
 def test_a_byte_order_mark_and_an_old_encoding(tmp_path):
     marked = write(tmp_path / "a.csv", "Wellenlänge;Licht\n" + rows(";"), encoding="utf-8-sig")
     assert read_samples(marked).columns == ("Licht",)
+    windows = write(tmp_path / "c.csv", "Länge;Größe\n" + rows(";"), encoding="utf-16")
+    assert read_samples(windows).columns == ("Größe",)
     latin = write(tmp_path / "b.csv", "Länge;Größe\n" + rows(";"), encoding="latin-1")
     assert read_samples(latin).columns == ("Größe",)
 
