@@ -1,6 +1,7 @@
 """What fields offer while a name is typed into them: entries of the library, with what they are beside them.
 
-Free text stays allowed. The libraries behind load when somebody types, not when Blender starts.
+Free text stays allowed. Blender itself drops candidates whose name, not description, lacks what was typed, so a metal is offered
+in English too. The libraries behind load when somebody types, not when Blender starts.
 """
 
 from collections.abc import Iterable
@@ -64,15 +65,22 @@ def lamp_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typ
 
 def _metals(typed: str) -> Candidates:
     from .spectral_probe.spectra.metals import METAL_NAMES, METAL_PAGES
-    from .spectral_probe.spectra.refractive import search_pages
+    from .spectral_probe.spectra.refractive import ENGLISH, search_pages
 
-    known = _matching(
-        [(symbol, f"{METAL_NAMES[symbol]}, {page}") for symbol, page in METAL_PAGES.items()], typed
-    )
+    named = [
+        (word, METAL_PAGES[symbol]) for symbol, word in METAL_NAMES.items() if word.lower() != symbol.lower()
+    ]
+    known = _matching([*METAL_PAGES.items(), *named], typed)
     if len(typed.strip()) < _FEWEST_LETTERS:
         return known
-    pages = search_pages(typed.split())
-    return [*known, *((page.name, page.remark or page.title) for page in pages)][:_MOST]
+    pages = [
+        (
+            f"{ENGLISH[page.book]}: {page.name}" if page.book in ENGLISH else page.name,
+            page.remark or page.title,
+        )
+        for page in search_pages(typed.split())
+    ]
+    return [*known, *pages][:_MOST]
 
 
 def _matching(candidates: Iterable[tuple[str, str]], typed: str) -> Candidates:

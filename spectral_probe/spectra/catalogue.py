@@ -90,8 +90,9 @@ def find(name: str, kind: str | None = None, folder: Path | None = None) -> Pass
     if _COMPUTED.fullmatch(wanted) and kind in {None, "lamp"}:
         lamp_spectrum(name)  # is its temperature one?
         return passports.computed_lamp(name.strip())
-    if is_page_name(wanted) and kind in {None, "metal"}:
-        return passports.metal_of_page(page_of(name.strip()))
+    page = name.strip().rpartition(": ")[2]
+    if is_page_name(page) and kind in {None, "metal"}:
+        return passports.metal_of_page(page_of(page))
     other_names = {alias: passport for passport in reversed(known) for alias in _other_names(passport)}
     if wanted in other_names:
         return other_names[wanted]

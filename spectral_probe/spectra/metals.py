@@ -102,8 +102,9 @@ def metal_page(name: str) -> str:
     >>> metal_page("Gold")
     'main/Au/Johnson'
     """
-    if name.count("/") == 2:
-        return name
+    page = name.rpartition(": ")[2]  # "Gold: main/Au/Johnson" will do
+    if page.count("/") == 2:
+        return page
     by_word = {word.lower(): symbol for symbol, word in METAL_NAMES.items()} | {
         symbol.lower(): symbol for symbol in METAL_PAGES
     }

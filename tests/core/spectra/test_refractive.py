@@ -62,6 +62,7 @@ def test_further_metals(metal, published):
 
 def test_a_ball_may_be_any_page_or_an_alloy_of_pages():
     page = "main/Fe/Querry"
+    assert metal_page(f"Iron: {page}") == page
     assert ball_reflectance(page, np.array(1.0)) == pytest.approx(metal_reflectance(page, np.array(1.0)))
     mixed = ball_reflectance({page: 1, "Cr": 1}, np.array(1.0))
     halves = metal_reflectance(page, np.array(1.0)) + metal_reflectance("Cr", np.array(1.0))
