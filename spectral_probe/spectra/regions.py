@@ -13,8 +13,7 @@ import numpy.typing as npt
 from ..errors import FileFormatError, SpectralDataError
 from ..geometry.frames import bearing_to_direction, panorama_solid_angles
 from ..model import BoolArray, FloatArray, Region, SpectralPanorama
-from .colorimetry import panorama_xyz
-from .growing import grown_region
+from .growing import grown_region, panorama_luminance
 
 _OPPOSITE = 1e-9
 """Corners whose directions sum to a vector shorter than this lie opposite each other."""
@@ -70,7 +69,7 @@ def checked_mask(mask: BoolArray, panorama: SpectralPanorama, where: str) -> Boo
         raise SpectralDataError(
             f"The region ({where}) holds only directions that no view saw. Choose another."
         )
-    if not (panorama_xyz(panorama)[mask][:, 1] > 0).any():
+    if not (panorama_luminance(panorama)[mask] > 0).any():
         raise SpectralDataError(f"The region ({where}) is black: there is no light in it to change.")
     return mask
 
