@@ -16,6 +16,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from . import region_properties
 from .library_pickers import ball_materials, camera_names, metal_names, reflectance_names
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
@@ -281,6 +282,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+    region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
+    edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
 
     plan: EnumProperty(
         name="Passes",
@@ -359,6 +362,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_probe,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_comparison,
+        *region_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_progress,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,7 +23,8 @@ from ..geometry.frames import (
 )
 from ..geometry.sphere import padded
 from ..model import BoolArray, FloatArray, IntArray, SpectralPanorama
-from .colorimetry import panorama_xyz
+from .colorimetry import spectra_to_xyz
+from .grid import resample
 
 _REACH_DEG = 0.75
 """The brightest direction this near the seed stands for the thing: the seed may lie on a glazing bar."""
@@ -56,7 +58,8 @@ _SLOPE = 1.15
 """A blurred outline goes on falling beyond its half: texels up to this far out are taken along while they fall by this factor
 to the next one, down to 3 %. Otherwise a stained window would keep a white rim."""
 
-_FINEST_WIDTH = 4096
+_FINEST_WIDTH = 2048
+"""Finer panoramas are grown in at this width; only the outline is then drawn at their own."""
 
 
 def grown_region(
@@ -87,7 +90,7 @@ def grown_region(
     """
     height, width = seen.shape
     name = f"{azimuth_deg:g},{elevation_deg:g}"
-    luminance = np.where(seen, panorama_xyz(panorama)[..., 1], 0.0).astype(np.float32)
+    luminance = np.where(seen, panorama_luminance(panorama), np.float32(0.0))
     turn = _Turn(_to_seed(bearing_to_direction(azimuth_deg, elevation_deg)), height, width)
     near = turn.near_seed(_REACH_DEG)
     if not seen[near].any():
@@ -99,9 +102,23 @@ def grown_region(
     if peak <= 1e-6 * float(luminance.max()):
         raise SpectralDataError(f"There is no light at {name}. Choose a seed in a window or a lamp.")
     like = _alike(panorama, anchor)
-    grown = _grown(turn.there(luminance), turn.there(like), turn.pixel_of(anchor), peak)
+    # What is unlike is as good as black.
+    grown = _grown(turn.there(np.where(like, luminance, -luminance)), turn.pixel_of(anchor), peak)
     mask = _with_sharp_edge(turn.back(grown.inside), like & (luminance >= grown.threshold))
     return _with_soft_edge(mask, luminance, peak) & seen
+
+
+def panorama_luminance(panorama: SpectralPanorama) -> FloatArray:
+    """Luminance (radiance times CIE y-bar summed over nm) of every direction, (H, W) float32."""
+    bases = resample(panorama.wavelengths_nm, panorama.bases, name="the panorama")
+    of_bases = spectra_to_xyz(bases)[..., 1].astype(np.float32)
+    if len(of_bases) == 1:
+        return np.asarray(panorama.weights @ of_bases[0])
+    luminance = np.empty(panorama.valid.shape, np.float32)
+    for index, of_basis in enumerate(of_bases):
+        uses = panorama.basis_index == index
+        luminance[uses] = panorama.weights[uses] @ of_basis
+    return luminance
 
 
 # ---------------------------------------------------------------- the turned panorama
@@ -112,23 +129,27 @@ class _Turn:
 
     def __init__(self, rotation: FloatArray, height: int, width: int) -> None:
         self.rotation, self.height, self.width = rotation, height, width
+        self.elevation = float(np.arcsin(np.clip(rotation[2, 0], -1.0, 1.0)))
         self.turned_width = min(width, _FINEST_WIDTH)
         self.turned_height = self.turned_width // 2
 
-    def there[Scalar: np.generic](self, values: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
-        """Values (H, W) in the turned panorama."""
-        turned = np.empty((self.turned_height, self.turned_width), values.dtype)
+    def there(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Values (H, W, ...) in the turned panorama."""
+        turned = np.empty((self.turned_height, self.turned_width, *values.shape[2:]), values.dtype)
         for row in range(self.turned_height):
             directions = _row_directions(row, self.turned_height, self.turned_width) @ self.rotation.T
             turned[row] = values[_texels(directions, self.height, self.width)]
         return turned
 
-    def back(self, values: BoolArray) -> BoolArray:
-        """A turned mask in the panorama (H, W)."""
-        own = np.empty((self.height, self.width), bool)
-        for row in range(self.height):
+    def back(self, mask: BoolArray) -> BoolArray:
+        """A turned mask in the panorama (H, W); only rows as near to the seed as the mask are looked at."""
+        own = np.zeros((self.height, self.width), bool)
+        inside = equirectangular_to_direction(np.argwhere(mask)[:, ::-1] + 0.5, *mask.shape)
+        reach = np.arccos(np.clip(inside[:, 0].min(), -1.0, 1.0)) + 2 * np.pi / self.turned_height
+        from_seed = abs((0.5 - (np.arange(self.height) + 0.5) / self.height) * np.pi - self.elevation)
+        for row in np.flatnonzero(from_seed <= reach).tolist():
             directions = _row_directions(row, self.height, self.width) @ self.rotation
-            own[row] = values[_texels(directions, self.turned_height, self.turned_width)]
+            own[row] = mask[_texels(directions, self.turned_height, self.turned_width)]
         return own
 
     def near_seed(self, radius_deg: float) -> tuple[IntArray, IntArray]:
@@ -196,19 +217,33 @@ def _alike(panorama: SpectralPanorama, anchor: tuple[int, int]) -> BoolArray:
     return like
 
 
-def _grown(luminance: FloatArray, like: BoolArray, anchor: tuple[int, int], peak: float) -> _Grown:
-    height, width = luminance.shape
-    solid_angles = panorama_solid_angles(height, width)
+def _grown(light: FloatArray, anchor: tuple[int, int], peak: float) -> _Grown:
+    """The region round an anchor in the luminance `light` (H, W), negative where the spectrum is another."""
     thresholds = peak * np.geomspace(0.95, _HALF, _STEPS)
+    whole = _connected(light >= thresholds[-1], anchor)
+    crop = _box(whole)  # whatever is connected at a higher threshold lies in this
+    light, start, largest = light[crop], (anchor[0] - crop[0].start, anchor[1] - crop[1].start), whole[crop]
+    solid_angles = panorama_solid_angles(*whole.shape)[crop[0]]
     parts: list[BoolArray] = []
     areas: list[float] = []
+    before, chosen = None, largest
     for threshold in thresholds:
-        part = _connected(like & (luminance >= threshold), anchor)
-        parts, areas = [*parts[-_STABLE_STEPS:], part], [*areas, float((part * solid_angles).sum())]
-        if (before := _leaked(areas)) is not None:
-            chosen = len(areas) - 1 - before
-            return _Grown(_filled(parts[-1 - before], luminance, like, threshold), thresholds[chosen])
-    return _Grown(_filled(parts[-1], luminance, like, float(thresholds[-1])), float(thresholds[-1]))
+        part = _connected((light >= threshold) & largest, start)
+        parts, areas = [*parts[-2:], part], [*areas, float((part * solid_angles).sum())]
+        before = _leaked(areas)
+        if before is not None:
+            chosen = parts[-1 - before]
+            break
+    inside = np.zeros(whole.shape, bool)
+    threshold = float(thresholds[-1] if before is None else thresholds[len(areas) - 1 - before])
+    inside[crop] = _filled(chosen, light, threshold)
+    return _Grown(inside, threshold)
+
+
+def _box(mask: BoolArray) -> tuple[slice, slice]:
+    """The rows and columns that a mask occupies."""
+    rows, columns = (np.flatnonzero(mask.any(axis)) for axis in (1, 0))
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
 def _leaked(areas: list[float]) -> int | None:
@@ -241,12 +276,14 @@ def _connected(bright: BoolArray, anchor: tuple[int, int]) -> BoolArray:
     return np.asarray(labels == labels[anchor])
 
 
-def _filled(part: BoolArray, luminance: FloatArray, like: BoolArray, threshold: float) -> BoolArray:
+def _filled(part: BoolArray, light: FloatArray, threshold: float) -> BoolArray:
     """A region with the small holes in it, save lamps of another kind that hang before it."""
-    count, labels, statistics, _ = cv2.connectedComponentsWithStats((~part).astype(np.uint8))
+    outside = cv2.copyMakeBorder((~part).astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1)
+    count, labels, statistics, _ = cv2.connectedComponentsWithStats(outside)
     holes = np.zeros(count, bool)
     holes[1:] = statistics[1:, cv2.CC_STAT_AREA] <= _LARGEST_HOLE * part.sum()
-    return np.asarray(part | (holes[labels] & (like | (luminance < threshold))))
+    holes[labels[0, 0]] = False
+    return np.asarray(part | (holes[labels[1:-1, 1:-1]] & (light > -threshold)))
 
 
 # ---------------------------------------------------------------- edges, in the panorama itself

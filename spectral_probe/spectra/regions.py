@@ -13,8 +13,7 @@ import numpy.typing as npt
 from ..errors import FileFormatError, SpectralDataError
 from ..geometry.frames import bearing_to_direction, panorama_solid_angles
 from ..model import BoolArray, FloatArray, Region, SpectralPanorama
-from .colorimetry import panorama_xyz
-from .growing import grown_region
+from .growing import grown_region, panorama_luminance
 
 _OPPOSITE = 1e-9
 """Corners whose directions sum to a vector shorter than this lie opposite each other."""
@@ -47,23 +46,31 @@ def region_mask(region: Region, panorama: SpectralPanorama) -> BoolArray:
     """
     check_region(region)
     height, width = panorama.valid.shape
-    seen = seen_texels(panorama)
     if region.polygon_deg is not None:
         mask = polygon_mask(region.polygon_deg, height, width)
     elif region.mask is not None:
         mask = read_mask(region.mask, height, width)
     else:
-        mask = grown_region(panorama, seen, *_seed(region))
+        mask = grown_region(panorama, seen_texels(panorama), *_seed(region))
+    return checked_mask(mask, panorama, describe(region))
+
+
+def checked_mask(mask: BoolArray, panorama: SpectralPanorama, where: str) -> BoolArray:
+    """A mask (H, W), refused where there is nothing in it to be changed; `where` says it in words.
+
+    Raises
+    ------
+    SpectralDataError
+        If no texel is selected, or only such that no view saw, or only black ones.
+    """
     if not mask.any():
-        raise SpectralDataError(f"The region ({describe(region)}) selects nothing. Make it larger.")
-    if not (mask & seen).any():
+        raise SpectralDataError(f"The region ({where}) selects nothing. Make it larger.")
+    if not (mask & seen_texels(panorama)).any():
         raise SpectralDataError(
-            f"The region ({describe(region)}) holds only directions that no view saw. Choose another."
+            f"The region ({where}) holds only directions that no view saw. Choose another."
         )
-    if not (panorama_xyz(panorama)[mask][:, 1] > 0).any():
-        raise SpectralDataError(
-            f"The region ({describe(region)}) is black: there is no light in it to change."
-        )
+    if not (panorama_luminance(panorama)[mask] > 0).any():
+        raise SpectralDataError(f"The region ({where}) is black: there is no light in it to change.")
     return mask
 
 
