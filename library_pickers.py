@@ -57,10 +57,10 @@ def reflectance_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Conte
 
 
 def lamp_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
-    """Lamps of the library and of the user's folder, with their families."""
+    """Lamps of the library, with their families. Any temperature may be typed: "Planck 3200 K"."""
     from .spectral_probe.spectra.catalogue import catalogue
 
-    return _matching([(entry.name, entry.family) for entry in catalogue("lamp", library_folder())], typed)
+    return _matching([(entry.name, entry.family) for entry in catalogue("lamp")], typed)
 
 
 def _metals(typed: str) -> Candidates:

@@ -10,18 +10,13 @@ from bpy.props import (
     StringProperty,
 )
 
+from .library_pickers import lamp_names
+
 
 def _glass_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
     from .spectral_probe.spectra.glass import GLASSES
 
     return [name for name in GLASSES if typed.lower() in name.lower()]
-
-
-def _lamp_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.library import FAMILIES
-
-    names = [name for family in FAMILIES.values() for name in family]
-    return [name for name in names if typed.lower() in name.lower()]
 
 
 def _table(name: str, description: str) -> object:
@@ -76,9 +71,9 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
     )
     lamp: StringProperty(
         name="Lamp",
-        description="Light that takes the place of the region's own",
+        description="Light that takes the place of the region's own: a name of the library, Planck 3200 K or Daylight 6500 K",
         default="LED-B3",
-        search=_lamp_names,
+        search=lamp_names,
         search_options={"SUGGESTION"},
     )
     lamp_path: _table("Spectrum", "CSV with wavelength_nm,power, in place of a lamp's name")

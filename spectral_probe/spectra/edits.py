@@ -18,9 +18,10 @@ import numpy.typing as npt
 from ..errors import SpectralDataError
 from ..files.spectrum_csv import read_spectrum_csv
 from ..model import BoolArray, Edit, FloatArray, SpectralPanorama
-from .colorimetry import colour_matching_functions, illuminant
+from .colorimetry import colour_matching_functions
 from .glass import glass_transmittance
 from .grid import WAVELENGTHS_NM, resample
+from .library import lamp_spectrum as lamp_by_name
 
 MOST_BASES = 256
 """As many as the 8-bit `basis_index` can tell apart."""
@@ -82,7 +83,7 @@ def lamp_spectrum(lamp: str | Path) -> FloatArray:
 def _library_light(name: str) -> FloatArray:
     if Path(name).suffix.lower() in {".csv", ".txt", ".spd", ".tsv", ".spdx"} or Path(name).name != name:
         raise SpectralDataError(f"There is no file {name}. Check the path, or name a light of the library.")
-    return illuminant(name)
+    return lamp_by_name(name)
 
 
 def _name(thing: str | Path) -> str:

@@ -292,4 +292,4 @@ def test_the_panel(settings, drawn, capfd):
 def test_search_fields(in_extension):
     properties = in_extension("region_properties")
     assert "red" in properties._glass_names(None, bpy.context, "re")
-    assert "LED-B3" in properties._lamp_names(None, bpy.context, "led-b")
+    assert "LED-B3" in dict(properties.lamp_names(None, bpy.context, "led-b"))

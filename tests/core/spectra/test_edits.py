@@ -192,3 +192,4 @@ def test_a_lamp_of_ones_own(tmp_path):
     rows = [f"{nm:g},{value:.9g}" for nm, value in zip(WAVELENGTHS_NM, planck(3000.0), strict=True)]
     (tmp_path / "lamp.csv").write_text("nm,power\n" + "\n".join(rows))
     assert lamp_spectrum(tmp_path / "lamp.csv") == pytest.approx(planck(3000.0), rel=1e-6)
+    assert lamp_spectrum("Planck 3000 K") == pytest.approx(planck(3000.0))
