@@ -83,7 +83,19 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
         items=(
             ("luminance", "Luminance", "As bright to the eye as before"),
             ("power", "Power", "As much radiant power from 400 to 700 nm as before"),
+            (
+                "surfaces",
+                "Surfaces",
+                "The colours of surfaces that the lamp lights, which must then be named",
+            ),
         ),
+    )
+    was: StringProperty(
+        name="Was",
+        description="The lamp that the new one replaces: a name, or a CSV file",
+        default="A",
+        search=_lamp_names,
+        search_options={"SUGGESTION"},
     )
 
 

@@ -24,7 +24,7 @@ def has_probe(operator: OperatorClass, context: bpy.types.Context) -> bool:
     settings = context.scene.spectral_probe
     directory = str(probe_folder(settings)) if settings.probe_directory else ""
     message = "Build the probe first"
-    if settings.edits.state:
+    if settings.probe_directory and probe_folder(settings).parent.name == "edits":
         message = "The files of the edited light are gone. Build the probe again, or choose its folder"
     return _has_file(operator, directory, "probe.exr", message)
 

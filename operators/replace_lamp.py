@@ -23,4 +23,4 @@ class SPECTRAL_PROBE_OT_replace_lamp(ChangesRegion, bpy.types.Operator):
         from ..spectral_probe.editing import Change
 
         path = bpy.path.abspath(settings.lamp_path)
-        return Change("lamp", path or settings.lamp, settings.keeps)
+        return Change("lamp", path or settings.lamp, settings.keeps, settings.was or None)

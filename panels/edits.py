@@ -64,6 +64,8 @@ class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
         name.prop(region, "lamp")
         column.prop(region, "lamp_path", text="File")
         column.prop(region, "keeps")
+        if region.keeps == "surfaces":
+            column.prop(region, "was")
         job_button(layout, context, "spectral_probe.replace_lamp", "LIGHT")
 
 

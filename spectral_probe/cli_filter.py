@@ -36,9 +36,12 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--region", type=Path, metavar="REGION.json", help=f"where: {_REGIONS}")
     parser.add_argument(
         "--keep",
-        choices=("luminance", "power"),
+        choices=("luminance", "power", "surfaces"),
         default="luminance",
-        help="what of the light stays under another lamp (default luminance)",
+        help="what of the light stays under another lamp: the colours of surfaces in its light need --was (default luminance)",
+    )
+    parser.add_argument(
+        "--was", metavar="NAME|FILE", help="with --keep surfaces, the lamp that the new one replaces"
     )
     parser.add_argument("-o", "--output", type=Path, metavar="OUT.exr", help="the edited probe to write")
 
@@ -61,10 +64,14 @@ def run(arguments: argparse.Namespace) -> Job[Numbers]:
         return editing.take_back(arguments.probe, arguments.remove, arguments.output)
     if arguments.region is None:
         raise SpectralDataError("Say where: give --region REGION.json.")
+    if arguments.was is not None and (arguments.lamp is None or arguments.keep != "surfaces"):
+        raise SpectralDataError(
+            "--was names the lamp that another replaces: give --lamp and --keep surfaces with it."
+        )
     change = (
         editing.Change("glass", arguments.glass)
         if arguments.glass is not None
-        else editing.Change("lamp", arguments.lamp, arguments.keep)
+        else editing.Change("lamp", arguments.lamp, arguments.keep, arguments.was)
     )
     return editing.add_edit(arguments.probe, change, arguments.region, arguments.output)
 

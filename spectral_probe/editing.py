@@ -20,7 +20,7 @@ from .files.image_exr import write_rgb
 from .files.probe_exr import read_probe, write_layers, write_probe
 from .files.region_json import read_region
 from .geometry.frames import panorama_solid_angles
-from .model import BoolArray, Edit, Job, Progress, SpectralPanorama, part
+from .model import BoolArray, Edit, Job, Keeps, Progress, SpectralPanorama, part
 from .render.layers import light_layers
 from .spectra.colorimetry import chromaticity, panorama_xyz, spectra_to_xyz, xyz_to_rec709
 from .spectra.edits import (
@@ -45,11 +45,12 @@ EDITS_FOLDER = "edits"
 
 @dataclass(frozen=True)
 class Change:
-    """What a new edit shall be: a glass by name or file, or a lamp by name or file and what it keeps."""
+    """What a new edit shall be: a glass by name or file, or a lamp by name or file, what it keeps, and which lamp it was."""
 
     kind: Literal["glass", "lamp"]
     name: str
-    keeps: Literal["luminance", "power"] = "luminance"
+    keeps: Keeps = "luminance"
+    was: str | None = None
 
     def of(self, panorama: SpectralPanorama, where: str) -> Edit:
         """The edit of a panorama, `where` in words.
@@ -61,7 +62,7 @@ class Change:
         """
         if self.kind == "glass":
             return glass_edit(panorama, self.name, where)
-        return lamp_edit(panorama, self.name, where, self.keeps)
+        return lamp_edit(panorama, self.name, where, self.keeps, self.was)
 
 
 def add_edit(probe_path: Path, change: Change, region_path: Path, output: Path) -> Job[Numbers]:

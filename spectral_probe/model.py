@@ -288,20 +288,24 @@ class BallFit:
 # ---------------------------------------------------------------- the probe
 
 
+type Keeps = Literal["luminance", "power", "surfaces"]
+"""What of the light stays under another lamp."""
+
+
 @dataclass(frozen=True)
 class Edit:
     """A change of the light in a region of a panorama that can be taken back.
 
     A `glass` multiplies spectra by `spectrum` (L,), its transmittance. A `lamp` replaces them by that of another lamp,
-    `spectrum` (L,) in any unit, and keeps each direction's luminance or radiant power. `name` and `region` say in words what
-    and where.
+    `spectrum` (L,) in any unit, and keeps each direction's luminance or radiant power; one that keeps surfaces multiplies by
+    `spectrum`, the new lamp over the old one. `name` and `region` say in words what and where.
     """
 
     kind: Literal["glass", "lamp"]
     name: str
     region: str
     spectrum: FloatArray
-    keeps: Literal["luminance", "power"] = "luminance"
+    keeps: Keeps = "luminance"
 
 
 @dataclass(frozen=True)

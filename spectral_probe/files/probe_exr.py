@@ -116,7 +116,7 @@ def _edit_entry(edit: Edit) -> dict[str, Any]:
 
 def _edit(entry: Mapping[str, Any], wavelengths: int) -> Edit:
     spectrum = np.asarray(entry["spectrum"], float)
-    if entry["kind"] not in {"glass", "lamp"} or entry["keeps"] not in {"luminance", "power"}:
+    if entry["kind"] not in {"glass", "lamp"} or entry["keeps"] not in {"luminance", "power", "surfaces"}:
         raise ValueError("an edit of an unknown kind")
     if spectrum.shape != (wavelengths,) or not np.isfinite(spectrum).all():
         raise ValueError("the spectrum of an edit does not fit the wavelengths")

@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import SpectralDataError
 from ..files.spectrum_csv import read_spectrum_csv
-from ..model import BoolArray, Edit, FloatArray, SpectralPanorama
+from ..model import BoolArray, Edit, FloatArray, Keeps, SpectralPanorama
 from .colorimetry import colour_matching_functions
 from .glass import glass_transmittance
 from .grid import WAVELENGTHS_NM, resample
@@ -25,6 +24,9 @@ from .library import lamp_spectrum as lamp_by_name
 
 MOST_BASES = 256
 """As many as the 8-bit `basis_index` can tell apart."""
+
+_DARKEST = 1e-3
+"""An old lamp must give this share of its peak at every wavelength, or what its surfaces reflect there is lost in noise."""
 
 type Stack = tuple[int, ...]
 """A recovered basis and the edits done to it, as in `SpectralPanorama.derived_bases`; (b,) is the recovered basis b itself."""
@@ -39,7 +41,8 @@ def lamp_edit(
     panorama: SpectralPanorama,
     lamp: str | Path,
     region: str,
-    keeps: Literal["luminance", "power"] = "luminance",
+    keeps: Keeps = "luminance",
+    was: str | Path | None = None,
 ) -> Edit:
     """Another lamp, for `apply_edit`.
 
@@ -52,15 +55,37 @@ def lamp_edit(
     region
         Where, in words.
     keeps
-        What stays of the light in each direction: its luminance, or its radiant power over the panorama's wavelengths.
+        What stays of the light in each direction: its luminance, or its radiant power over the panorama's wavelengths; or the
+        colours of surfaces, whose light is multiplied by the new lamp over the old one, both of one luminance.
+    was
+        The old lamp, a name or a file; needed to keep surfaces.
 
     Raises
     ------
     SpectralDataError
-        If there is no such light or file, or it has negative power or no visible light.
+        If there is no such light or file, or it has negative power or no visible light; or if the old lamp lacks light at
+        some wavelength, where its surfaces then cannot be known.
     """
-    spectrum = lamp_spectrum(lamp)
-    return Edit("lamp", _name(lamp), region, _on_grid_of(panorama, spectrum), keeps)
+    spectrum, name = lamp_spectrum(lamp), _name(lamp)
+    if keeps == "surfaces":
+        if was is None:
+            raise SpectralDataError(
+                "Say which lamp it was: only then can the surfaces in its light be told from it."
+            )
+        spectrum, name = _over(spectrum, lamp_spectrum(was), _name(was)), f"{name} for {_name(was)}"
+    return Edit("lamp", name, region, _on_grid_of(panorama, spectrum), keeps)
+
+
+def _over(new: FloatArray, old: FloatArray, old_name: str) -> FloatArray:
+    """The new lamp over the old one, both of one luminance, (61,)."""
+    dark = old < _DARKEST * old.max()
+    if dark.any():
+        raise SpectralDataError(
+            f"The lamp {old_name} gives no light at {WAVELENGTHS_NM[dark][0]:g} nm, so the surfaces in its light are not known "
+            "there. Replace the lamp alone, keeping its luminance."
+        )
+    y_bar = colour_matching_functions()[:, 1]
+    return new / old * (old @ y_bar / (new @ y_bar))
 
 
 def lamp_spectrum(lamp: str | Path) -> FloatArray:
@@ -206,11 +231,13 @@ def _derived(panorama: SpectralPanorama, stack: Stack) -> FloatArray:
 
 
 def _edited(basis: FloatArray, edit: Edit, wavelengths_nm: FloatArray) -> FloatArray:
-    """A basis (K, L) after an edit: times the transmittance; or each function's luminance (or power) in the lamp's spectrum.
+    """A basis (K, L) after an edit.
+
+    Times the transmittance, or the lamps' ratio; or each function's luminance (or power) in the lamp's spectrum.
 
     Both are linear in the weights, and so never make a spectrum negative that was not: the luminance of light is not.
     """
-    if edit.kind == "glass":
+    if edit.kind == "glass" or edit.keeps == "surfaces":
         return basis * edit.spectrum
     kept = np.ones(len(wavelengths_nm))
     if edit.keeps == "luminance":
@@ -243,9 +270,8 @@ def edited_confidence(panorama: SpectralPanorama) -> FloatArray:
     """How sure the panorama's spectra are after its edits, (H, W) in 0..1.
 
     `confidence` is of what was recovered, and no edit touches it. A glass multiplies the spectrum and its error alike. Where a
-    lamp was replaced the spectrum is known: its confidence is 1, whatever the photographs said.
+    lamp was replaced the spectrum is known: its confidence is 1, whatever the photographs said; not so that of surfaces.
     """
-    known = np.array(
-        [any(panorama.edits[edit].kind == "lamp" for edit in stack[1:]) for stack in stacks_of(panorama)]
-    )
+    replaced = [edit.kind == "lamp" and edit.keeps != "surfaces" for edit in panorama.edits]
+    known = np.array([any(replaced[edit] for edit in stack[1:]) for stack in stacks_of(panorama)])
     return np.where(known[panorama.basis_index], np.float32(1.0), panorama.confidence)

@@ -97,6 +97,22 @@ def test_a_filament_lamp_becomes_an_led(probe_file, region, tmp_path, capsys):
     assert json.loads(text)["confidence"] == pytest.approx(1.0)
     kept = numbers_of(capsys, probe_file, "--lamp", "LED-B3", "--keep", "power", "--region", where, "-o", out)
     assert kept["after"]["luminance"] > 1.2 * kept["before"]["luminance"]
+    relit = numbers_of(
+        capsys,
+        probe_file,
+        "--lamp",
+        "LED-B3",
+        "--keep",
+        "surfaces",
+        "--was",
+        "A",
+        "--region",
+        where,
+        "-o",
+        out,
+    )
+    assert relit["name"] == "LED-B3 for A"
+    assert relit["after"]["xy"] == pytest.approx(led.tolist(), abs=2e-3)
 
 
 def test_edits_are_listed_and_taken_back(probe_file, region, tmp_path, capsys):
@@ -144,6 +160,8 @@ def test_a_glass_of_ones_own(probe_file, region, tmp_path, capsys):
     [
         (["--glass", "rred", "--region", "REGION"], 'There is no glass "rred". Did you mean "red"?'),
         (["--lamp", "LED-B33", "--region", "REGION"], "LED-B33"),
+        (["--lamp", "LED-B3", "--keep", "surfaces", "--region", "REGION"], "Say which lamp it was"),
+        (["--lamp", "LED-B3", "--was", "A", "--region", "REGION"], "give --lamp and --keep surfaces with it"),
         (["--glass", "red"], "Say where: give --region REGION.json."),
         (["--glass", "red", "--region", "lost.json"], "There is no region file lost.json."),
         (["--glass", "red", "--region", "DARK"], "selects nothing"),

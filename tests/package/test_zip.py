@@ -10,7 +10,7 @@ import pytest
 # What may be in it, as patterns of whole paths.
 PRODUCT = re.compile(
     r"""
-    blender_manifest\.toml | __init__\.py | ((result|region)_)?properties\.py | preferences\.py | library_pickers\.py
+    blender_manifest\.toml | __init__\.py | ([a-z]+_)?properties\.py | preferences\.py | library_pickers\.py
     | README\.md | CHANGELOG\.md | LICENSE
     | (operators|panels)/[\w/]+\.py
     | spectral_probe/[\w/]+\.py

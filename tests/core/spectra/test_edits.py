@@ -20,7 +20,7 @@ from spectral_probe.spectra.edits import (
 )
 from spectral_probe.spectra.glass import glass_transmittance
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
-from spectral_probe.spectra.library import planck, training_lights
+from spectral_probe.spectra.library import planck, surface_reflectances, training_lights
 
 HEIGHT, WIDTH = 16, 32
 
@@ -93,6 +93,29 @@ def test_a_lamp_takes_the_spectra_over_and_keeps_their_amount(panorama, keeps):
     assert np.array_equal(after[~LEFT], before[~LEFT])
     assert (edited_confidence(edited)[LEFT] == 1).all()
     assert np.array_equal(edited_confidence(edited)[~LEFT], panorama.confidence[~LEFT])
+
+
+def test_surfaces_keep_their_colours_under_another_lamp():
+    surfaces = surface_reflectances()
+    basis = principal_components(surfaces * illuminant("A"), 12)
+    weights = (surfaces * illuminant("A") @ basis.T).astype(np.float32).reshape(4, 6, 12)
+    whole = np.ones((4, 6), bool)
+    panorama = SpectralPanorama(
+        weights,
+        basis[None],
+        np.zeros((4, 6), np.uint8),
+        WAVELENGTHS_NM,
+        whole,
+        np.full((4, 6), 0.5, np.float32),
+    )
+    edited = apply_edit(panorama, lamp_edit(panorama, "LED-B3", "all", "surfaces", "A"), whole)
+    led = illuminant("LED-B3")
+    matching = colour_matching_functions()[:, 1]
+    expected = surfaces * led * (illuminant("A") @ matching / (led @ matching))
+    assert spectra_of(edited).reshape(24, 61) == pytest.approx(expected, rel=0.03, abs=0.02 * expected.max())
+    assert edited.edits[0].name == "LED-B3 for A"
+    assert (edited_confidence(edited) == np.float32(0.5)).all()
+    same(remove_edit(edited, 0), panorama)
 
 
 def test_no_edit_makes_light_negative(panorama):
@@ -177,6 +200,10 @@ def test_bad_edits(panorama, tmp_path):
         remove_edit(apply_edit(panorama, red, LEFT), 1)
     with pytest.raises(SpectralDataError, match="LED-B33"):
         lamp_edit(panorama, "LED-B33", "left")
+    with pytest.raises(SpectralDataError, match="Say which lamp it was"):
+        lamp_edit(panorama, "LED-B3", "left", "surfaces")
+    with pytest.raises(SpectralDataError, match="The lamp LPS gives no light at 400 nm"):
+        lamp_edit(panorama, "LED-B3", "left", "surfaces", "LPS")
     with pytest.raises(SpectralDataError, match=r"There is no file lost\.csv"):
         lamp_edit(panorama, "lost.csv", "left")
     rows = [f"{nm:g},{-1 if nm == 500 else 1}" for nm in WAVELENGTHS_NM]
