@@ -94,7 +94,7 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
         name="Was",
         description="The lamp that the new one replaces: a name, or a CSV file",
         default="A",
-        search=_lamp_names,
+        search=lamp_names,
         search_options={"SUGGESTION"},
     )
 
