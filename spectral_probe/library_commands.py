@@ -14,6 +14,7 @@ import numpy as np
 
 from .errors import FileFormatError, SpectralDataError
 from .files.atomic import written_whole
+from .files.spectrum_file import is_spectrum_file
 from .model import FloatArray, Job, Progress
 from .spectra.grid import WAVELENGTHS_NM
 
@@ -26,6 +27,7 @@ _AT_NM = (450, 550, 650)
 EXAMPLE = """library list lamp
          spectral-probe library show FL11 -o fl11.png
          spectral-probe library show Planck 3200 K
+         spectral-probe library show my_lamp.csv
          spectral-probe library search steel"""
 
 
@@ -37,7 +39,7 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         metavar="WORDS",
         help="list: a kind (lamp, camera, metal, glass, reflectance, ball) or nothing; show: a name, its kind before it "
-        "where two share it; search: words, looked for in all of refractiveindex.info too",
+        "where two share it, or a file of your own; search: words, looked for in all of refractiveindex.info too",
     )
     parser.add_argument("--folder", type=Path, metavar="DIR", help="a folder of your own spectra and cameras")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="show: write a .csv, .png or .svg")
@@ -53,15 +55,22 @@ def library(arguments: argparse.Namespace) -> Job[Numbers]:
     """
     yield Progress(0.0, "Opening the library")
     from .spectra import catalogue, passports
+    from .spectra.own_files import own_entries, own_entry
 
     words: list[str] = arguments.words
     if arguments.action == "show":
         if not words:
             raise SpectralDataError("Say what to show: library show FL11.")
         kind = words[0] if len(words) > 1 and words[0] in passports.KINDS else None
-        passport = catalogue.find(" ".join(words[1:] if kind else words), kind, arguments.folder)
-        curves = catalogue.curves_of(passport, arguments.folder)
-        numbers = described(passport, curves, catalogue.as_tabulated(passport, arguments.folder))
+        name = " ".join(words[1:] if kind else words)
+        if is_spectrum_file(name):
+            own = own_entry(Path(name), kind)
+            passport, curves, wide = own.passport, own.curves(), own.as_tabulated()
+        else:
+            passport = catalogue.find(name, kind, arguments.folder)
+            curves = catalogue.curves_of(passport, arguments.folder)
+            wide = catalogue.as_tabulated(passport, arguments.folder)
+        numbers = described(passport, curves, wide)
         if arguments.output is not None:
             write_entry(arguments.output, passport, curves)
             numbers["written"] = str(arguments.output)
@@ -74,7 +83,9 @@ def library(arguments: argparse.Namespace) -> Job[Numbers]:
             raise SpectralDataError(f'Nothing in the library has "{" ".join(words)}". Try fewer words.')
     else:
         found = catalogue.catalogue(" ".join(words) or None, arguments.folder)
-    return {"entries": [asdict(entry) for entry in found]} if arguments.json else _lines(found)
+    numbers = {"entries": [asdict(entry) for entry in found]} if arguments.json else _lines(found)
+    complaints = own_entries(arguments.folder)[1] if arguments.folder else []
+    return {**numbers, **({"not_usable": complaints} if complaints else {})}
 
 
 def _lines(found: Sequence[Passport]) -> Numbers:

@@ -20,6 +20,9 @@ SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".spd", ".spdx", ".xml", ".json", ".
 """Endings of files that may hold spectra. `.xls` is what UPRtek's instruments call a text."""
 
 
+_LARGEST_FILE_BYTES = 32_000_000
+
+
 def is_spectrum_file(text: str) -> bool:
     """Whether a word is the name of a file of spectra rather than a name of the library.
 
@@ -48,6 +51,8 @@ def read_samples(path: Path) -> SampledCurves:
     if path.is_dir():
         raise SpectralDataError(f"{path} is a folder. Give the name of a file in it.")
     try:
+        if path.stat().st_size > _LARGEST_FILE_BYTES:
+            raise SpectralDataError(f"{path.name} is larger than any table of spectra. Give another file.")
         data = path.read_bytes()
     except FileNotFoundError:
         raise SpectralDataError(f"There is no file at {path}. Check the path.") from None

@@ -101,21 +101,51 @@ def camera_curves(model: str) -> SampledCurves:
 
 
 def cameras_in(folder: Path) -> dict[str, Path]:
-    """Files of sensitivities in a folder, by name of their camera.
+    """Files of sensitivities in a folder, by name of their camera (`camera_name`).
 
-    The name is what an AMPAS JSON says of manufacturer and model, else the file's own with blanks for underscores. Files
-    that do not have three channels are passed over.
+    Files that do not have three channels are passed over; whether those are good is seen when one is chosen.
     """
     found = {}
     for path in sorted(Path(folder).iterdir(), key=lambda path: path.name.casefold()):
         if not path.is_file() or not is_spectrum_file(path.name):
             continue
         try:
-            _red_green_blue(read_samples(path))
+            samples = read_samples(path)
         except SpectralDataError:
             continue
-        found[_camera_name(path)] = path
+        if has_three_channels(samples):
+            found[camera_name(path)] = path
     return found
+
+
+def has_three_channels(samples: SampledCurves) -> bool:
+    """Whether a table is one of R, G and B: by the names of its columns, or three that have none.
+
+    Examples
+    --------
+    >>> nm, values = np.array([400.0, 700.0]), np.ones((3, 2))
+    >>> has_three_channels(SampledCurves("a", nm, values, ("r", "g", "b")))
+    True
+    >>> has_three_channels(SampledCurves("a", nm, values, ("radiance", "standard_error", "measured")))
+    False
+    """
+    names = [column.strip().casefold() for column in samples.columns]
+    initials = [name[:1] for name in names]
+    return (
+        {"r", "g", "b"} <= set(names)
+        or initials == ["r", "g", "b"]
+        or names == ["value 1", "value 2", "value 3"]
+    )
+
+
+def camera_name(path: Path) -> str:
+    """What a file's camera is called: manufacturer and model of an AMPAS JSON, else the file's name with blanks."""
+    if path.suffix.lower() == ".json":
+        header: Mapping[str, object] = json.loads(path.read_text(encoding="utf-8-sig")).get("header") or {}
+        name = " ".join(str(header[key]) for key in ("manufacturer", "model") if header.get(key))
+        if name:
+            return name
+    return re.sub(r"_\d{3}_\d{3,4}_\d+$", "", path.stem).replace("_", " ")
 
 
 def camera_file(path: Path, model: str | None) -> Path:
@@ -192,15 +222,6 @@ def _red_green_blue(samples: SampledCurves) -> SampledCurves:
         )
     columns = tuple(samples.columns[at] for at in order)
     return replace(samples, values=samples.values[order], columns=columns)
-
-
-def _camera_name(path: Path) -> str:
-    if path.suffix.lower() == ".json":
-        header: Mapping[str, object] = json.loads(path.read_text(encoding="utf-8-sig")).get("header") or {}
-        name = " ".join(str(header[key]) for key in ("manufacturer", "model") if header.get(key))
-        if name:
-            return name
-    return re.sub(r"_\d{3}_\d{3,4}_\d+$", "", path.stem).replace("_", " ")
 
 
 def _letters(name: str) -> str:

@@ -14,18 +14,16 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import SpectralDataError
-from ..files.spectrum_file import first_columns, is_spectrum_file, read_samples
 from ..model import FloatArray
 from . import passports
-from .camera import camera_sensitivities, cameras_in, gains_remark
+from .camera import camera_sensitivities
 from .colorimetry import on_grid
 from .colour_science import colour
-from .curves import LIGHT, REFLECTANCE, SENSITIVITY, TRANSMITTANCE, SampledCurves
-from .curves import on_grid as curves_on_grid
 from .glass import glass_transmittance
 from .grid import WAVELENGTHS_NM
 from .library import daylight, lamp_spectrum, planck
 from .metals import METAL_NAMES, ball_reflectance, metal_page
+from .own_files import own_entries
 from .passports import KINDS, Passport
 from .refractive import is_page_name, optical_constants, page_of, search_pages
 
@@ -38,7 +36,6 @@ _BUILT_IN: Mapping[str, Callable[[], Iterator[Passport]]] = {
     "ball": passports.balls,
 }
 _COMPUTED = re.compile(r"(planck|daylight)\s*(\d+(?:\.\d+)?)\s*k?", re.IGNORECASE)
-_OF_QUANTITY = {LIGHT: "lamp", REFLECTANCE: "reflectance", TRANSMITTANCE: "glass"}
 
 
 def catalogue(kind: str | None = None, folder: Path | None = None) -> tuple[Passport, ...]:
@@ -58,7 +55,7 @@ def catalogue(kind: str | None = None, folder: Path | None = None) -> tuple[Pass
         near = difflib.get_close_matches(kind, KINDS, n=1, cutoff=0.4)
         hint = f'Did you mean "{near[0]}"? ' if near else ""
         raise SpectralDataError(f'There is no kind "{kind}". {hint}Kinds are {", ".join(KINDS)}.')
-    own = () if folder is None else tuple(passport for passport, _ in _own(folder))
+    own = () if folder is None else tuple(entry.passport for entry in own_entries(folder)[0])
     return tuple(p for p in (*own, *_built_in()) if kind in {None, p.kind})
 
 
@@ -136,9 +133,9 @@ def curves_of(passport: Passport, folder: Path | None = None) -> dict[str, Float
     >>> list(curves_of(find("Au"))), list(curves_of(find("Canon EOS 5D Mark II")))
     (['n', 'k', 'reflectance'], ['r', 'g', 'b'])
     """
-    for own, path in () if folder is None else _own(folder):
-        if own == passport:
-            return _curves_of_file(own, path)
+    for own in () if folder is None else own_entries(folder)[0]:
+        if own.passport == passport:
+            return own.curves()
     return _CURVES[passport.kind](passport.name)
 
 
@@ -147,11 +144,9 @@ def as_tabulated(passport: Passport, folder: Path | None = None) -> tuple[FloatA
 
     A lamp that is computed is computed for 360-830 nm, where the eye's response ends.
     """
-    path = None if folder is None else library_file(passport.name, passport.kind, folder)
-    if path is not None:
-        samples = read_samples(path)
-        order = np.argsort(samples.wavelengths_nm)
-        return samples.wavelengths_nm[order], samples.values[0][order]
+    for own in () if folder is None else own_entries(folder)[0]:
+        if own.passport == passport:
+            return own.as_tabulated()
     for known in (colour.SDS_ILLUMINANTS, colour.SDS_LIGHT_SOURCES):
         if passport.kind == "lamp" and passport.name in known:
             return np.asarray(known[passport.name].wavelengths, float), np.asarray(
@@ -193,71 +188,3 @@ _CURVES: Mapping[str, Callable[[str], dict[str, FloatArray]]] = {
     "reflectance": _reflectance_curve,
     "ball": _ball_curves,
 }
-
-
-# ---------------------------------------------------------------- a folder of the user's own
-
-
-def library_file(name: str, kind: str, folder: Path) -> Path | None:
-    """The file in a folder that an entry of that name and kind came from; None where there is none."""
-    return next(
-        (path for p, path in _own(folder) if p.kind == kind and p.name.casefold() == name.casefold()), None
-    )
-
-
-def _own(folder: Path) -> list[tuple[Passport, Path]]:
-    """Passports of the files in a folder; those that cannot be read, or used, are passed over.
-
-    Raises
-    ------
-    SpectralDataError
-        If it is no folder.
-    """
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise SpectralDataError(f"There is no folder {folder}. Check the path.")
-    cameras = {path: name for name, path in cameras_in(folder).items()}
-    found = []
-    for path in sorted(folder.iterdir(), key=lambda path: path.name.casefold()):
-        if not path.is_file() or not is_spectrum_file(path.name):
-            continue
-        try:
-            samples = read_samples(path)
-            quantity = SENSITIVITY if path in cameras else _quantity(samples, path)
-            columns = len(samples.columns) if path in cameras else 1
-            curves_on_grid(first_columns(samples, columns), quantity)
-        except SpectralDataError:
-            continue
-        found.append((_own_passport(samples, path, quantity, cameras.get(path)), path))
-    return found
-
-
-def _own_passport(samples: SampledCurves, path: Path, quantity: str, camera: str | None) -> Passport:
-    remark = gains_remark(camera, camera_sensitivities(file=path)) if camera else None
-    return Passport(
-        camera or path.stem,
-        "camera" if camera else _OF_QUANTITY[quantity],
-        f"own file {path.name}",
-        f"relative spectral {quantity}" if camera else quantity,
-        "1, fraction" if quantity in {REFLECTANCE, TRANSMITTANCE} else "1, relative",
-        *samples.range_nm,
-        samples.licence or "the user's own",
-        samples.source or path.name,
-        remark or "",
-    )
-
-
-def _quantity(samples: SampledCurves, path: Path) -> str:
-    """What a file of one curve holds, by the words of its heading and its name; a light where they say nothing."""
-    words = f"{samples.columns[0]} {path.stem}".casefold()
-    if any(word in words for word in ("transmi", "glass", "filter")):
-        return TRANSMITTANCE
-    return REFLECTANCE if any(word in words for word in ("reflect", "albedo", "patch", "ball")) else LIGHT
-
-
-def _curves_of_file(passport: Passport, path: Path) -> dict[str, FloatArray]:
-    if passport.kind == "camera":
-        return dict(zip("rgb", camera_sensitivities(file=path).T, strict=True))
-    quantity = next(quantity for quantity, kind in _OF_QUANTITY.items() if kind == passport.kind)
-    curve = curves_on_grid(first_columns(read_samples(path), 1), quantity)[0]
-    return {"relative_power" if quantity == LIGHT else quantity: curve}

@@ -1,11 +1,12 @@
 import json
 
 import matplotlib.image
+import numpy as np
 import pytest
 
 from spectral_probe.cli import main
 from spectral_probe.files.spectrum_csv import read_spectrum_csv
-from spectral_probe.spectra.library import lamp_spectrum
+from spectral_probe.spectra.library import lamp_spectrum, planck
 
 
 @pytest.fixture
@@ -102,6 +103,21 @@ def test_what_is_written_is_read_back_and_keeps_its_passport(run, tmp_path):
     again = shown(run, "fl11", "--folder", tmp_path / "new")
     assert again["kind"] == "lamp"
     assert again["licence"].startswith("BSD-3-Clause")
+
+
+def test_a_file_of_ones_own_is_shown_or_refused(run, tmp_path):
+    (tmp_path / "lamp.csv").write_text(
+        "\n".join(f"{nm},{planck(3200, np.array(nm))}" for nm in range(360, 835, 5))
+    )
+    assert shown(run, tmp_path / "lamp.csv")["cct_kelvin"] == pytest.approx(3200, abs=1)
+    (tmp_path / "glass.csv").write_text("\n".join(f"{nm},91" for nm in range(380, 785, 5)))
+    code, _, err = run("show", tmp_path / "glass.csv")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "seems to be in percent" in err
+    assert shown(run, "lamp", tmp_path / "glass.csv")["kind"] == "lamp"
+    listed = json.loads(run("list", "lamp", "--folder", tmp_path, "--json")[1])
+    assert listed["entries"][0]["name"] == "lamp"
+    assert "glass.csv" in listed["not_usable"][0]
 
 
 @pytest.mark.parametrize("name", ["FL11", "gold", "Canon EOS 5D Mark II", "Rec.709", "SUS304"])

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from spectral_probe.errors import SpectralDataError
-from spectral_probe.spectra.catalogue import as_tabulated, catalogue, curves_of, find, library_file, search
+from spectral_probe.spectra.catalogue import as_tabulated, catalogue, curves_of, find, search
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 from spectral_probe.spectra.library import FAMILIES, daylight, lamp_spectrum, planck, training_lights
+from spectral_probe.spectra.own_files import own_entries, own_entry
 from spectral_probe.spectra.passports import KINDS
 
 
@@ -94,6 +95,8 @@ def test_a_folder_of_the_users_own(tmp_path):
     write("red filter.csv", "nm,T", lambda nm: nm / 1000)
     write("cam.csv", "nm,r,g,b", lambda nm: f"{nm},{(nm / 500) ** 3},{900 - nm}")
     write("broken reflectance.csv", "nm,value", "40".format)
+    write("alike.csv", "nm,r,g,b", lambda nm: f"{nm},{nm},{900 - nm}")
+    write("found.csv", "wavelength_nm,radiance,standard_error,measured", lambda nm: f"{nm},1,{nm}")
     (tmp_path / "notes.txt").write_text("nothing")
     own = [entry for entry in catalogue(None, tmp_path) if entry.family.startswith("own file")]
     assert {(entry.name, entry.kind) for entry in own} == {
@@ -101,6 +104,7 @@ def test_a_folder_of_the_users_own(tmp_path):
         ("wall", "reflectance"),
         ("red filter", "glass"),
         ("cam", "camera"),
+        ("found", "lamp"),
     }
     lamp = find("desk lamp", None, tmp_path)
     assert (lamp.licence, lamp.source, lamp.last_nm) == ("CC0", "me", 780.0)
@@ -108,7 +112,12 @@ def test_a_folder_of_the_users_own(tmp_path):
     assert as_tabulated(lamp, tmp_path)[0].max() == 780
     assert curves_of(find("cam", None, tmp_path), tmp_path)["r"] == pytest.approx(WAVELENGTHS_NM)
     assert search(["red", "filter"], tmp_path)[0].name == "red filter"
-    assert library_file("WALL", "reflectance", tmp_path) == tmp_path / "wall.csv"
-    assert library_file("wall", "lamp", tmp_path) is None
+    complaints = own_entries(tmp_path)[1]
+    assert [sentence.split()[0] for sentence in complaints] == ["alike.csv", "broken", "notes.txt"]
+    assert own_entry(tmp_path / "red filter.csv", "lamp").passport.kind == "lamp"
+    with pytest.raises(SpectralDataError, match=r"broken reflectance\.csv seems to be in percent"):
+        own_entry(tmp_path / "broken reflectance.csv")
+    with pytest.raises(SpectralDataError, match="cannot be shown as a metal"):
+        own_entry(tmp_path / "wall.csv", "metal")
     with pytest.raises(SpectralDataError, match="There is no folder"):
         catalogue(None, tmp_path / "none")
