@@ -160,4 +160,5 @@ def _ampas_json(text: str, name: str) -> SampledCurves:
     source = ", ".join(
         said[key] for key in ("laboratory", "document_creator", "catalog_number") if said.get(key)
     )
-    return SampledCurves(name, table[:, 0], table[:, 1:].T, columns, said.get("license", ""), source)
+    title = " ".join(said[key] for key in ("manufacturer", "model") if said.get(key))
+    return SampledCurves(name, table[:, 0], table[:, 1:].T, columns, said.get("license", ""), source, title)

@@ -6,9 +6,7 @@ Files are CSV (`wavelength_nm,r,g,b`) or AMPAS JSON as in the Academy's rawtoace
 from __future__ import annotations
 
 import difflib
-import json
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -114,7 +112,7 @@ def cameras_in(folder: Path) -> dict[str, Path]:
         except SpectralDataError:
             continue
         if has_three_channels(samples):
-            found[camera_name(path)] = path
+            found[camera_name(samples, path)] = path
     return found
 
 
@@ -138,14 +136,9 @@ def has_three_channels(samples: SampledCurves) -> bool:
     )
 
 
-def camera_name(path: Path) -> str:
-    """What a file's camera is called: manufacturer and model of an AMPAS JSON, else the file's name with blanks."""
-    if path.suffix.lower() == ".json":
-        header: Mapping[str, object] = json.loads(path.read_text(encoding="utf-8-sig")).get("header") or {}
-        name = " ".join(str(header[key]) for key in ("manufacturer", "model") if header.get(key))
-        if name:
-            return name
-    return re.sub(r"_\d{3}_\d{3,4}_\d+$", "", path.stem).replace("_", " ")
+def camera_name(samples: SampledCurves, path: Path) -> str:
+    """What a file's camera is called: as an AMPAS JSON says, else the file's name with blanks for underscores."""
+    return samples.title or re.sub(r"_\d{3}_\d{3,4}_\d+$", "", path.stem).replace("_", " ")
 
 
 def camera_file(path: Path, model: str | None) -> Path:

@@ -33,7 +33,8 @@ _PERCENT = 2.0
 class SampledCurves:
     """Curves as tabulated: `values` (M, N) at `wavelengths_nm` (N,), called `columns` (M,), from the table `name`.
 
-    `licence` and `source` are what the file says of itself, empty where it says nothing.
+    `licence`, `source` and `title` (a camera's manufacturer and model) are what the file says of itself, empty where it says
+    nothing.
     """
 
     name: str
@@ -42,6 +43,7 @@ class SampledCurves:
     columns: tuple[str, ...]
     licence: str = ""
     source: str = ""
+    title: str = ""
 
     @property
     def range_nm(self) -> tuple[float, float]:

@@ -69,11 +69,11 @@ def own_entry(path: Path, kind: str | None = None) -> OwnEntry:
         )
     remark = None
     if kind == "camera":
-        remark = gains_remark(camera_name(path), camera_sensitivities(file=path))
+        remark = gains_remark(camera_name(samples, path), camera_sensitivities(file=path))
     else:
         on_grid(first_columns(samples, 1), _QUANTITIES[kind])
     passport = Passport(
-        camera_name(path) if kind == "camera" else path.stem,
+        camera_name(samples, path) if kind == "camera" else path.stem,
         kind,
         f"own file {path.name}",
         f"relative spectral {SENSITIVITY}" if kind == "camera" else _QUANTITIES[kind],
