@@ -47,6 +47,7 @@ class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
         if region.kind == "SEED":
             column.prop(region, "azimuth")
             column.prop(region, "elevation")
+            column.operator("spectral_probe.seed_from_view", icon="VIEW3D")
         elif region.kind == "POLYGON":
             column.prop(region, "polygon")
         else:
