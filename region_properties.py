@@ -41,11 +41,13 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
         name="Bearing",
         description="Compass bearing of a point in the window or lamp: 0 along +Y, clockwise seen from above",
         subtype="ANGLE",
+        precision=4,
     )
     elevation: FloatProperty(
         name="Elevation",
         description="Elevation of that point above the horizon",
         subtype="ANGLE",
+        precision=4,
         min=-1.5707964,
         max=1.5707964,
     )

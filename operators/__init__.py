@@ -17,6 +17,7 @@ from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
 from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
 from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
+from .seed_from_view import SPECTRAL_PROBE_OT_seed_from_view
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
@@ -32,6 +33,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_replace_lamp,
         SPECTRAL_PROBE_OT_remove_edit,
         SPECTRAL_PROBE_OT_add_mask,
+        SPECTRAL_PROBE_OT_seed_from_view,
         SPECTRAL_PROBE_OT_light_world,
         SPECTRAL_PROBE_OT_add_object,
         SPECTRAL_PROBE_OT_render_spectral,

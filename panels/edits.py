@@ -23,7 +23,7 @@ class SPECTRAL_PROBE_UL_edits(bpy.types.UIList):
         _active_property: str,
     ) -> None:
         """Draw one row."""
-        line = layout.row(align=True)
+        line = layout.split(factor=0.45, align=True)
         line.label(text=edit.name, icon=_ICONS[edit.kind])
         details = line.row()
         details.alignment = "RIGHT"
@@ -42,11 +42,12 @@ class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
         layout, settings = self.layout, context.scene.spectral_probe
         _draw_list(layout, context, settings.edits)
         region = settings.region
+        layout.row().prop(region, "kind", expand=True)
         column = settings_layout(layout)
-        column.row().prop(region, "kind", expand=True)
         if region.kind == "SEED":
             column.prop(region, "azimuth")
             column.prop(region, "elevation")
+            column.operator("spectral_probe.seed_from_view", icon="VIEW3D")
         elif region.kind == "POLYGON":
             column.prop(region, "polygon")
         else:
@@ -58,6 +59,7 @@ class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
         name.prop(region, "glass")
         column.prop(region, "glass_path", text="File")
         job_button(layout, context, "spectral_probe.add_glass", "MOD_LATTICE")
+        layout.separator()
         column = settings_layout(layout)
         name = column.column()
         name.active = not region.lamp_path
@@ -84,5 +86,5 @@ def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context, edits: bp
     if edits.active_edit < count:
         edit = edits.items[edits.active_edit]
         column = results(layout)
-        row(column, "Region", edit.region)
+        column.label(text=edit.region)
         row(column, "Solid angle", f"{edit.solid_angle_sr:.4f} sr")

@@ -44,6 +44,7 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         "--was", metavar="NAME|FILE", help="with --keep surfaces, the lamp that the new one replaces"
     )
     parser.add_argument("-o", "--output", type=Path, metavar="OUT.exr", help="the edited probe to write")
+    parser.add_argument("--preview", type=Path, metavar="FILE.png", help="write a picture of it too")
 
 
 def run(arguments: argparse.Namespace) -> Job[Numbers]:
@@ -61,7 +62,7 @@ def run(arguments: argparse.Namespace) -> Job[Numbers]:
     if arguments.output is None:
         raise SpectralDataError("Say where to write the edited probe: give -o OUT.exr.")
     if arguments.remove is not None:
-        return editing.take_back(arguments.probe, arguments.remove, arguments.output)
+        return editing.take_back(arguments.probe, arguments.remove, arguments.output, arguments.preview)
     if arguments.region is None:
         raise SpectralDataError("Say where: give --region REGION.json.")
     if arguments.was is not None and (arguments.lamp is None or arguments.keep != "surfaces"):
@@ -73,7 +74,7 @@ def run(arguments: argparse.Namespace) -> Job[Numbers]:
         if arguments.glass is not None
         else editing.Change("lamp", arguments.lamp, arguments.keep, arguments.was)
     )
-    return editing.add_edit(arguments.probe, change, arguments.region, arguments.output)
+    return editing.add_edit(arguments.probe, change, arguments.region, arguments.output, arguments.preview)
 
 
 def _number(text: str) -> int | str:

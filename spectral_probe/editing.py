@@ -65,9 +65,11 @@ class Change:
         return lamp_edit(panorama, self.name, where, self.keeps, self.was)
 
 
-def add_edit(probe_path: Path, change: Change, region_path: Path, output: Path) -> Job[Numbers]:
-    """Put a glass before a region of a probe, or another lamp into it, and write the edited probe."""
-    _check_output(output)
+def add_edit(
+    probe_path: Path, change: Change, region_path: Path, output: Path, preview: Path | None = None
+) -> Job[Numbers]:
+    """Put a glass before a region of a probe, or another lamp into it, and write the edited probe, and a picture of it."""
+    _check_output(output, preview)
     region = read_region(region_path)
     yield Progress(0.05, "Reading the probe")
     before = read_probe(probe_path)
@@ -88,20 +90,20 @@ def add_edit(probe_path: Path, change: Change, region_path: Path, output: Path) 
         "edits": list_of(after),
         "written": str(output),
     }
-    yield Progress(0.6, f"Writing {output.name}")
-    write_probe(output, after)
+    yield from part(_write(after, output, preview), 0.6, 1.0)
     return numbers
 
 
-def take_back(probe_path: Path, number: int | Literal["all"], output: Path) -> Job[Numbers]:
-    """Take one edit back, counted from 1, or all, and write the probe as it is without."""
-    _check_output(output)
+def take_back(
+    probe_path: Path, number: int | Literal["all"], output: Path, preview: Path | None = None
+) -> Job[Numbers]:
+    """Take one edit back, counted from 1, or all, and write the probe as it is without, and a picture of it."""
+    _check_output(output, preview)
     yield Progress(0.05, "Reading the probe")
     before = read_probe(probe_path)
     after = remove_all_edits(before) if number == ALL else remove_edit(before, number - 1)
     removed = before.edits if number == ALL else before.edits[number - 1 : number]
-    yield Progress(0.6, f"Writing {output.name}")
-    write_probe(output, after)
+    yield from part(_write(after, output, preview), 0.6, 1.0)
     return {
         "removed": [f"{edit.kind} {edit.name}, {edit.region}" for edit in removed],
         "edits": list_of(after),
@@ -217,7 +219,20 @@ def _write_light(panorama: SpectralPanorama, directory: Path) -> Job[None]:
         folder.rename(directory)
 
 
-def _check_output(output: Path) -> None:
+def _check_output(output: Path, preview: Path | None) -> None:
     if output.suffix.lower() != ".exr" or output.is_dir():
         raise FileFormatError(f"{output} is no file to write a probe to. Give a name such as edited.exr.")
-    check_folder(output.parent)
+    if preview is not None and (preview.suffix.lower() != ".png" or preview.is_dir()):
+        raise FileFormatError(f"{preview} is no file to write a picture to. Give a name such as edited.png.")
+    for file in filter(None, (output, preview)):
+        check_folder(file.parent)
+
+
+def _write(panorama: SpectralPanorama, output: Path, preview: Path | None) -> Job[None]:
+    yield Progress(0.0, f"Writing {output.name}")
+    write_probe(output, panorama)
+    if preview is not None:
+        from .figures.panorama import panorama_preview, write_png
+
+        yield Progress(0.8, f"Writing {preview.name}")
+        write_png(preview, panorama_preview(panorama))

@@ -293,3 +293,57 @@ def test_search_fields(in_extension):
     properties = in_extension("region_properties")
     assert "red" in properties._glass_names(None, bpy.context, "re")
     assert "LED-B3" in dict(properties.lamp_names(None, bpy.context, "led-b"))
+
+
+def test_renders_get_the_edited_light(settings, core, in_extension):
+    ops.add_glass()
+    settings.region.azimuth = math.radians(90)
+    ops.replace_lamp()
+    edited = panorama_of(settings, core)
+    assert len(edited.bases) == 3
+    spectra = np.einsum("hwk,hwkl->hwl", edited.weights, edited.bases[edited.basis_index])
+    light = in_extension("operators.bridge.light")
+    by_wavelength = light.WavelengthLight(edited, [])
+    nm = np.array([450.0, 550.0, 650.0])
+    assert by_wavelength.pixels(nm) * by_wavelength.level == pytest.approx(
+        spectra[..., [10, 30, 50]], rel=1e-4
+    )
+    layers = light.LayerLight(edited).layers
+    assert layers.residual < 1e-6  # daylight, the same behind a glass, and an LED: three kinds of light
+    assert layers.weights @ layers.spectra == pytest.approx(spectra, rel=1e-3, abs=1e-3 * spectra.max())
+    colours = core("spectra.colorimetry")
+    expected = np.maximum(colours.xyz_to_rec709(colours.panorama_xyz(edited)), 0)
+    assert light.panorama_rec709(edited) == pytest.approx(expected, rel=1e-4, abs=1e-3)
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(0, 0), (90, 20), (200, -40), (359, 60)])
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+def test_the_direction_that_a_view_looks_in(in_extension, core, azimuth, elevation, turn):
+    from mathutils import Vector
+
+    bearing_of_view = in_extension("operators.seed_from_view").bearing_of_view
+    direction = Vector(core("geometry.frames").bearing_to_direction(azimuth, elevation))
+    view = direction.to_track_quat("-Z", "Y")
+    found = np.degrees(bearing_of_view(view, (0.0, 0.0, turn)))
+    # A panorama turned counter-clockwise by an angle shows, in a fixed direction, what has a bearing greater by it.
+    assert (found[0] - azimuth - math.degrees(turn) + 180) % 360 - 180 == pytest.approx(0, abs=1e-3)
+    assert found[1] == pytest.approx(elevation, abs=1e-3)
+
+
+def test_the_seed_is_taken_from_a_viewport(settings, in_extension):
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    settings.region.kind = "POLYGON"
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        view = area.spaces.active.region_3d.view_rotation.copy()
+        assert ops.seed_from_view() == {"FINISHED"}
+    expected = in_extension("operators.seed_from_view").bearing_of_view(view, (0.0, 0.0, 0.0))
+    assert (settings.region.azimuth, settings.region.elevation) == pytest.approx(expected)
+    assert settings.region.kind == "SEED"
+
+
+@pytest.mark.usefixtures("settings")
+def test_the_seed_needs_a_viewport():
+    with pytest.raises(RuntimeError, match="Use this in the sidebar of a 3D viewport"):
+        ops.seed_from_view()

@@ -135,6 +135,21 @@ def test_edits_are_listed_and_taken_back(probe_file, region, tmp_path, capsys):
     assert numbers_of(capsys, third, "--list") == {"count": 0, "edits": []}
 
 
+def test_a_picture_is_written_where_asked(probe_file, region, tmp_path, capsys):
+    where = region(seed_deg=[0, 10])
+    out, picture = tmp_path / "out.exr", tmp_path / "pictures" / "out.png"
+    numbers_of(capsys, probe_file, "--glass", "red", "--region", where, "-o", out, "--preview", picture)
+    row, column = np.unravel_index(
+        np.argmax(panorama_directions(HEIGHT, WIDTH) @ bearing_to_direction(0, 10)), (HEIGHT, WIDTH)
+    )
+    blue, green, red = cv2.imread(str(picture))[row, column].astype(int)
+    assert red > green + 80
+    assert red > blue + 80
+    code, _, err = run(capsys, "filter", probe_file, "--remove", "all", "-o", out, "--preview", tmp_path)
+    assert code == 2
+    assert "is no file to write a picture to" in err
+
+
 def test_the_list_as_text(probe_file, region, tmp_path, capsys):
     out = tmp_path / "out.exr"
     run(capsys, "filter", probe_file, "--glass", "green", "--region", region(seed_deg=[90, 10]), "-o", out)

@@ -7,6 +7,7 @@ import pytest
 from spectral_probe.geometry.frames import bearing_to_direction, panorama_directions, panorama_solid_angles
 from spectral_probe.geometry.sphere import blurred
 from spectral_probe.model import Region, SpectralPanorama
+from spectral_probe.spectra.colorimetry import spectra_to_xyz
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 from spectral_probe.spectra.library import daylight, planck
 from spectral_probe.spectra.regions import polygon_mask, region_mask
@@ -145,3 +146,26 @@ def test_a_ring_lamp_keeps_its_middle_free():
     ring = window(30, 10, 20, 20) & ~window(30, 10, 12, 12)
     found = grown(room(np.zeros(ring.shape), lamps=ring * 100.0), 30, 18)
     assert np.array_equal(found, ring)
+
+
+def test_the_windows_of_a_rendered_gym(shared_dir):
+    """Seeds in each window of a hall find that window, whose truth is what is bright and not of a filament lamp."""
+    with np.load(shared_dir / "captures" / "gym" / "truth" / "truth.npz") as file:
+        spectra = np.roll(file["panorama"].astype(np.float32), -64, axis=1)  # to Blender's frame
+    basis = np.linalg.svd(spectra.reshape(-1, 61), full_matrices=False)[2][:8].astype(float)
+    whole = np.ones(spectra.shape[:2], bool)
+    panorama = SpectralPanorama(
+        (spectra @ basis.T).astype(np.float32),
+        basis[None],
+        np.zeros(whole.shape, np.uint8),
+        WAVELENGTHS_NM,
+        whole,
+        whole.astype(np.float32),
+    )
+    xyz = spectra_to_xyz(spectra)
+    bright = (xyz[..., 1] > 66.4) & (xyz[..., 0] < 2 * xyz[..., 2])  # thresholds of the truth's own case.json
+    for azimuth, elevation in ((83.9, 14.8), (96.9, 13.7), (69.5, 13.5), (110.3, 13.3)):
+        found = region_mask(Region(seed_deg=(azimuth, elevation)), panorama)
+        count, labels = cv2.connectedComponents(bright.astype(np.uint8))
+        truth = labels == np.bincount(labels[found], minlength=count)[1:].argmax() + 1
+        assert overlap(found, truth) > 0.9

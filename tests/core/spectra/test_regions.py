@@ -144,6 +144,46 @@ def test_a_concave_polygon():
     assert not inside(20, 15)
 
 
+def crossed_along_arcs(corners, start):
+    """Whether the arc from a direction to each texel crosses the edges an odd number of times."""
+    odd = np.zeros(DIRECTIONS.shape[:2], bool)
+    arcs = np.cross(start, DIRECTIONS)
+
+    def within(point, first, last, normal):
+        before = (np.cross(first, point) * normal).sum(-1) > 0
+        return before & ((np.cross(point, last) * normal).sum(-1) > 0)
+
+    for first, last in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        normal = np.cross(first, last)
+        meeting = np.cross(normal, arcs)
+        for point in (meeting, -meeting):
+            odd ^= within(point, first, last, normal) & within(point, start, DIRECTIONS, arcs)
+    return odd
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_polygons_of_any_shape_against_crossings_along_arcs(seed):
+    """Stars that hold poles, span more than a hemisphere, or cross themselves."""
+    rng = np.random.default_rng(seed)
+    middle = [0, 0, 1.0] if seed % 4 == 0 else rng.standard_normal(3)
+    middle = middle / np.linalg.norm(middle)
+    across = np.cross(middle, [0.3, 0.2, 0.9])
+    across /= np.linalg.norm(across)
+    count = rng.integers(3, 14)
+    turns = np.sort(rng.random(count)) * 2 * np.pi
+    radius = np.radians(rng.uniform(5, [40, 85, 150][seed % 3], count))
+    corners = np.cos(radius)[:, None] * middle + np.sin(radius)[:, None] * (
+        np.cos(turns)[:, None] * across + np.sin(turns)[:, None] * np.cross(middle, across)
+    )
+    if seed % 5 == 0:
+        rng.shuffle(corners)
+    expected = crossed_along_arcs(corners, rng.standard_normal(3))
+    if solid_angle(expected) > 2 * np.pi:
+        expected = ~expected
+    corners_deg = tuple(zip(*direction_to_bearing(corners), strict=True))
+    assert np.array_equal(polygon_mask(corners_deg, HEIGHT, WIDTH), expected)
+
+
 def test_opposite_corners():
     with pytest.raises(SpectralDataError, match="Corners 1 and 2 of the polygon lie opposite each other"):
         polygon_mask(((0, 0), (180, 0), (90, 50)), HEIGHT, WIDTH)
