@@ -16,6 +16,8 @@ from bpy.props import (
     StringProperty,
 )
 
+from . import region_properties
+from .library_pickers import ball_materials, camera_names, metal_names, reflectance_names
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
     SPECTRAL_PROBE_PG_probe,
@@ -36,24 +38,6 @@ FAMILIES = (
     ("led-rgb", "LED, RGB", "White mixed from red, green and blue LEDs"),
     ("discharge", "Discharge", "Sodium, mercury and metal halide lamps"),
 )
-
-
-def _camera_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.camera import camera_names
-
-    return [name for name in camera_names() if typed.lower() in name.lower()]
-
-
-def _ball_materials(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.metals import BALL_MATERIALS
-
-    return [name for name in BALL_MATERIALS if typed.lower() in name.lower()]
-
-
-def _metal_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.metals import METAL_NAMES
-
-    return [name for name in METAL_NAMES if typed.lower() in name.lower()]
 
 
 def _file(name: str, description: str) -> object:
@@ -165,8 +149,9 @@ class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
 
     model: StringProperty(
         name="Camera",
-        description="Camera whose spectral sensitivities are used. Empty: Rec.709, for JPEG, HDR and EXR",
-        search=_camera_names,
+        description="Camera whose spectral sensitivities are used: one that is known, or of your library folder. "
+        "Empty: Rec.709, for JPEG, HDR and EXR",
+        search=camera_names,
         search_options={"SUGGESTION"},
     )
     sensitivities: _file(
@@ -231,10 +216,10 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     )
     ball_material: StringProperty(
         name="Material",
-        description="What the ball is made of: SUS304, chrome, silver, ideal, or fractions of metals such as "
-        "Fe 0.74, Cr 0.18, Ni 0.08",
+        description="What the ball is made of: SUS304, stainless steel, chrome, silver, aluminium, ideal; fractions of metals "
+        "such as Fe 0.74, Cr 0.18, Ni 0.08; a page of refractiveindex.info; or a file with its measured reflectance (CSV)",
         default="SUS304",
-        search=_ball_materials,
+        search=ball_materials,
         search_options={"SUGGESTION"},
     )
     families: EnumProperty(
@@ -298,6 +283,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+    region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
+    edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
 
     plan: EnumProperty(
         name="Passes",
@@ -354,11 +341,17 @@ class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
         name="Metal",
         description="Metal (Au, Ag, Cu, Al, ...) or a page of refractiveindex.info as shelf/book/page",
         default="Au",
-        search=_metal_names,
+        search=metal_names,
         search_options={"SUGGESTION"},
     )
-    reflectance_path: _file(
-        "Reflectance", "CSV with the columns wavelength_nm,reflectance, covering 400-700 nm"
+    reflectance_path: StringProperty(
+        name="Reflectance",
+        description="A measured surface of the library, or a file with the columns wavelength_nm,reflectance, "
+        "covering 400-700 nm",
+        subtype="FILE_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+        search=reflectance_names,
+        search_options={"SUGGESTION"},
     )
 
 
@@ -370,6 +363,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_probe,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_comparison,
+        *region_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_progress,
