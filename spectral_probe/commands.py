@@ -8,19 +8,20 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .errors import FileFormatError, SpectralProbeError
+from .errors import FileFormatError
 from .files.atomic import written_whole
 from .files.capture import load_capture
 from .files.image_exr import read_channels
 from .files.probe_exr import read_probe
-from .files.spectral_exr import read_spectral
+from .files.spectral_channels import is_spectral
+from .files.spectral_exr import read_spectral_image
 from .files.spectrum_csv import read_spectrum_csv
 from .geometry.boards import Board
 from .geometry.calibration import calibrate as calibrate_camera
@@ -29,8 +30,8 @@ from .geometry.frames import bearing_to_direction, panorama_directions, panorama
 from .model import FloatArray, Job, Progress, SpectralPanorama, part
 from .probe import build_probe, write_outputs
 from .render.compare import Comparison, compare_images, comparison_report, write_comparison
-from .spectra.colorimetry import chromaticity, rec709_to_xyz, spectra_to_xyz
-from .spectra.grid import resample
+from .spectra.colorimetry import chromaticity, illuminant, rec709_to_xyz, spectra_to_xyz
+from .spectra.grid import resample, resampling_matrix
 from .spectra.metrics import colour_temperature, goodness_of_fit, relative_rmse, scaled_to_energy
 from .spectra.recovery import error_of_confidence
 
@@ -200,7 +201,8 @@ def _write_spectrum_csv(
 def compare(spectral_path: Path, rgb_path: Path, directory: Path, blur_px: float) -> Job[Numbers]:
     """Two renders of one scene: sheet, dE2000 map, xy diagram, numbers in compare.json."""
     yield Progress(0.05, "Reading the renders")
-    spectral, rgb = read_xyz(spectral_path), read_xyz(rgb_path)
+    read = [read_tristimulus(spectral_path), read_tristimulus(rgb_path)]
+    spectral, rgb = (image.xyz for image in read)
     if spectral.shape != rgb.shape:
         raise FileFormatError(
             f"{spectral_path.name} is {spectral.shape[1]} x {spectral.shape[0]} pixels, {rgb_path.name} is "
@@ -212,7 +214,9 @@ def compare(spectral_path: Path, rgb_path: Path, directory: Path, blur_px: float
     write_comparison(directory / "compare.json", comparison)
     yield Progress(0.5, "Drawing the sheet")
     draw_comparison(directory, comparison, spectral, rgb)
-    return {**comparison_report(comparison), "written": str(directory)}
+    remarks = [remark for image in read for remark in image.remarks]
+    told: Numbers = {"remarks": remarks} if remarks else {}
+    return {**comparison_report(comparison), **told, "written": str(directory)}
 
 
 def draw_comparison(directory: Path, comparison: Comparison, spectral: FloatArray, rgb: FloatArray) -> None:
@@ -232,17 +236,56 @@ def draw_comparison(directory: Path, comparison: Comparison, spectral: FloatArra
             save_figure(figure, directory / f"{name}{suffix}")
 
 
+@dataclass(frozen=True)
+class TristimulusImage:
+    """Tristimulus values (H, W, 3) of an image file, and sentences on what of the file was not used."""
+
+    xyz: FloatArray
+    remarks: tuple[str, ...] = ()
+
+
 def read_xyz(path: Path) -> FloatArray:
-    """Tristimulus values (H, W, 3) of an image: from X, Y, Z, from linear Rec.709 R, G, B, or from a spectral image."""
+    """Tristimulus values (H, W, 3) of an image; see `read_tristimulus`."""
+    return read_tristimulus(path).xyz
+
+
+def read_tristimulus(path: Path) -> TristimulusImage:
+    """Tristimulus values of an image: of X, Y, Z, of a spectral image, or of linear Rec.709 R, G, B.
+
+    A spectral image may have any wavelengths that cover 400-700 nm; what lies outside is cut. R, G, B beside a spectrum
+    are its preview. Reflectances are taken under D65, a perfect diffuser having Y = 1.
+
+    Raises
+    ------
+    FileFormatError
+        If the file holds none of these.
+    SpectralDataError
+        If the spectrum does not cover 400-700 nm.
+    """
     channels, _ = read_channels(path)
-    for names, to_xyz in (("XYZ", None), ("RGB", rec709_to_xyz)):
-        if all(name in channels for name in names):
-            image = np.stack([np.asarray(channels[name], np.float32) for name in names], axis=-1)
-            return image if to_xyz is None else to_xyz(image)
-    try:
-        spectra, wavelengths_nm = read_spectral(path)
-    except SpectralProbeError:
-        raise FileFormatError(
-            f"{path.name} holds neither X, Y, Z nor R, G, B nor a spectrum. Give xyz.exr, image.exr or rgb.exr of a render."
-        ) from None
-    return spectra_to_xyz(resample(wavelengths_nm, spectra, name=path.name))
+    if all(name in channels for name in "XYZ"):
+        return TristimulusImage(_three(channels, "XYZ"))
+    if any(is_spectral(name) for name in channels):
+        image = read_spectral_image(path)
+        light = (
+            illuminant("D65") / spectra_to_xyz(illuminant("D65"))[1]
+            if image.quantity == "reflective"
+            else 1.0
+        )
+        onto_grid = resampling_matrix(image.wavelengths_nm, name=path.name)
+        to_xyz = spectra_to_xyz(onto_grid * light).astype(np.float32)
+        told = (
+            (f"{path.name} holds reflectances: they are shown under D65.",)
+            if image.quantity == "reflective"
+            else ()
+        )
+        return TristimulusImage(image.spectra @ to_xyz, image.remarks + told)
+    if all(name in channels for name in "RGB"):
+        return TristimulusImage(rec709_to_xyz(_three(channels, "RGB")))
+    raise FileFormatError(
+        f"{path.name} holds neither X, Y, Z nor R, G, B nor a spectrum. Give xyz.exr, image.exr or rgb.exr of a render."
+    )
+
+
+def _three(channels: Mapping[str, Any], names: str) -> FloatArray:
+    return np.stack([np.asarray(channels[name], np.float32) for name in names], axis=-1)
