@@ -183,7 +183,8 @@ def surface_differences(estimated: FloatArray, measured: FloatArray, reflectance
     Returns
     -------
     ndarray
-        (N,); not a number where a light is black, or lacks one of X, Y, Z as a single red line does. A perfect diffuser differs by the colours of the two lights.
+        (N,); not a number where a light is black, or lacks one of X, Y, Z as a single red line does. A perfect diffuser
+        differs by the colours of the two lights.
     """
     lights = np.stack([_scaled_to_luminance(estimated), _scaled_to_luminance(measured)])
     xyz = spectra_to_xyz(lights[:, None] * reflectances)

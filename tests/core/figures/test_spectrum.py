@@ -4,13 +4,9 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from spectral_probe.figures.spectrum import (
-    basis_figure,
-    sensitivities_figure,
-    spectrum_figure,
-    spectrum_numbers,
-    wavelength_colours,
-)
+from spectral_probe.figures.curves import basis_figure, sensitivities_figure
+from spectral_probe.figures.numbers import spectrum_numbers
+from spectral_probe.figures.spectrum import spectrum_figure, wavelength_colours
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 from spectral_probe.spectra.library import planck
 
@@ -30,13 +26,13 @@ def test_estimate_and_measurement_share_the_measured_peak():
     np.testing.assert_allclose(drawn["measured"].max(), 1)
     np.testing.assert_allclose(drawn["estimated"], drawn["measured"])
     assert "Lamp" in texts(figure)
-    assert "GFC  1.0000" in texts(figure)
+    assert "GFC\N{NO-BREAK SPACE} 1.0000" in texts(figure)
     assert figure.axes[0].get_xlim() == (400, 700)
 
 
 def test_numbers_given_replace_the_computed_ones():
-    figure = spectrum_figure(WAVELENGTHS_NM, planck(3000.0), title="Lamp", numbers={"confidence": "0.9"})
-    assert "confidence  0.9" in texts(figure)
+    figure = spectrum_figure(WAVELENGTHS_NM, planck(3000.0), title="Lamp", numbers=[{"confidence": "0.9"}])
+    assert "confidence\N{NO-BREAK SPACE} 0.9" in texts(figure)
     assert "CCT" not in texts(figure)
 
 
@@ -64,7 +60,7 @@ def test_goodness_is_never_rounded_up_to_perfect():
     wiggly = measured * (1 + 0.012 * np.sin(WAVELENGTHS_NM / 9))
     numbers = spectrum_numbers(WAVELENGTHS_NM, wiggly, measured)
     assert numbers["GFC"] == "0.9999"
-    assert numbers["relative RMSE"].startswith("0.9")
+    assert numbers["rel. RMSE"].startswith("0.9")
     kelvin = spectrum_numbers(WAVELENGTHS_NM, measured, measured, "true")["CCT"]
     assert kelvin.split("\N{THIN SPACE}")[0] == "2864"  # 8 K above, by the cut at 400 and 700 nm
     assert "(true 2864" in kelvin
