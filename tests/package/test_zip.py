@@ -13,7 +13,7 @@ PRODUCT = re.compile(
     blender_manifest\.toml | __init__\.py | (result_)?properties\.py | README\.md | CHANGELOG\.md | LICENSE
     | (operators|panels)/[\w/]+\.py
     | spectral_probe/[\w/]+\.py
-    | spectral_probe/data/[^.][^/]*\.(csv|toml|json|npz|txt)
+    | spectral_probe/data/([\w-]+/)*[^./][^/]*\.(csv|toml|json|npz|txt)
     | sample_scenes/(?!.*/\.).*\.(dng|toml|csv|json|exr|tif|png|jpg|blend|md|txt)
     | wheels/[^/]+\.whl
     """,
