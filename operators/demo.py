@@ -58,7 +58,7 @@ def _truth() -> dict[str, Any]:
 
 def _spectra(directory: Path, truth: dict[str, Any]) -> Job[dict[str, Numbers]]:
     """The spectrum of one lamp and one window beside the true one (figs. 10 and 11)."""
-    from ..spectral_probe.commands import spectrum
+    from ..spectral_probe.spectrum_command import spectrum
 
     found: dict[str, Numbers] = {}
     for index, name in enumerate(("lamp", "window")):
@@ -149,6 +149,8 @@ def _plot(name: str, numbers: Numbers) -> Any:
         table["wavelength_nm"],
         table["radiance"],
         table["measured"],
+        np.stack([table["lower_95"], table["upper_95"]]),
         bearing_deg=(numbers["azimuth_deg"], numbers["elevation_deg"]),
         measured_label="true",
+        band_label="95 % band",
     )

@@ -138,26 +138,13 @@ def _parser() -> argparse.ArgumentParser:
         "--width", type=int, help="width of the panorama in pixels (default: as fine as the photographs)"
     )
 
-    spectrum = verb(
-        "spectrum",
-        "The spectrum of the light from one direction: CSV and plot.",
-        "spectrum out/probe.exr --at 30,45 --measured lamp.csv",
+    _spectrum_words(
+        verb(
+            "spectrum",
+            "The spectrum of the light from one direction or region: numbers, CSV and plot.",
+            "spectrum out/probe.exr --at 30,45 --measured lamp.csv",
+        )
     )
-    spectrum.add_argument("probe", type=Path, metavar="PROBE.exr", help="a recovered probe")
-    spectrum.add_argument(
-        "--at",
-        type=_bearing,
-        required=True,
-        metavar="AZIMUTH,ELEVATION",
-        help="compass bearing and elevation in degrees",
-    )
-    spectrum.add_argument(
-        "--measured", type=Path, metavar="FILE", help="a measured spectrum (CSV: nm, value)"
-    )
-    spectrum.add_argument(
-        "--radius", type=_positive, default=0.5, help="degrees to average over (default 0.5)"
-    )
-    _folder(spectrum, required=False, text="folder to write to (default: the probe's)")
 
     render = verb(
         "render",
@@ -188,6 +175,25 @@ def _parser() -> argparse.ArgumentParser:
         "--blur", type=_not_negative, default=0.0, help="Gaussian blur in pixels against noise (default 0)"
     )
     return parser
+
+
+def _spectrum_words(spectrum: argparse.ArgumentParser) -> None:
+    spectrum.add_argument("probe", type=Path, metavar="PROBE.exr", help="a recovered probe")
+    where = spectrum.add_mutually_exclusive_group(required=True)
+    where.add_argument(
+        "--at", type=_bearing, metavar="AZIMUTH,ELEVATION", help="compass bearing and elevation in degrees"
+    )
+    where.add_argument(
+        "--region", type=Path, metavar="REGION.json", help="mean over a region in place of --at"
+    )
+    spectrum.add_argument(
+        "--measured", type=Path, metavar="FILE", help="a measured spectrum to compare with (CSV: nm, value)"
+    )
+    spectrum.add_argument(
+        "--radius", type=_positive, default=0.5, help="degrees about --at to average over (default 0.5)"
+    )
+    spectrum.add_argument("--basis", action="store_true", help="draw the basis functions used there too")
+    _folder(spectrum, required=False, text="folder to write to (default: the probe's)")
 
 
 def _calibrate_words(calibrate: argparse.ArgumentParser) -> None:
@@ -321,10 +327,16 @@ def _probe(arguments: argparse.Namespace) -> Job[Numbers]:
 
 
 def _spectrum(arguments: argparse.Namespace) -> Job[Numbers]:
-    from . import commands
+    from . import spectrum_command
 
-    return commands.spectrum(
-        arguments.probe, arguments.at, arguments.measured, arguments.output, arguments.radius
+    return spectrum_command.spectrum(
+        arguments.probe,
+        arguments.at,
+        arguments.measured,
+        arguments.output,
+        arguments.radius,
+        region_path=arguments.region,
+        basis=arguments.basis,
     )
 
 

@@ -132,7 +132,7 @@ def wrapped(parts: Sequence[str], width_in: float, separator: str, **style: obje
 
     Examples
     --------
-    >>> wrapped(["one", "two", "three"], 0.5, " ")
+    >>> wrapped(["one", "two", "three"], 0.6, " ", fontsize=8)
     ['one two', 'three']
     """
     figure = new_figure(1.0, 1.0)
