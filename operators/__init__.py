@@ -13,6 +13,10 @@ from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_
 from .light_world import SPECTRAL_PROBE_OT_light_world
 from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
+from .show_basis import SPECTRAL_PROBE_OT_show_basis
+from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
+from .show_sensitivities import SPECTRAL_PROBE_OT_show_sensitivities
+from .show_spectrum import SPECTRAL_PROBE_OT_show_spectrum
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
@@ -24,6 +28,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
         SPECTRAL_PROBE_OT_build_probe,
+        SPECTRAL_PROBE_OT_show_spectrum,
+        SPECTRAL_PROBE_OT_show_basis,
+        SPECTRAL_PROBE_OT_show_sensitivities,
+        SPECTRAL_PROBE_OT_show_confidence,
         SPECTRAL_PROBE_OT_light_world,
         SPECTRAL_PROBE_OT_add_object,
         SPECTRAL_PROBE_OT_render_spectral,

@@ -42,7 +42,13 @@ def extension_zip(project_root, builder, manifest, skip_unless_required) -> Path
         skip_unless_required("SPECTRAL_PROBE_REQUIRE_ZIP", "the zip is not built: python3 run.py build")
     product = [
         project_root / name
-        for name in ("blender_manifest.toml", "__init__.py", "properties.py", "result_properties.py")
+        for name in (
+            "blender_manifest.toml",
+            "__init__.py",
+            "properties.py",
+            "result_properties.py",
+            "spectrum_properties.py",
+        )
     ]
     for folder in ("spectral_probe", "operators", "panels", "sample_scenes"):
         product += [file for file in (project_root / folder).rglob("*") if "__pycache__" not in file.parts]

@@ -49,7 +49,7 @@ def test_what_is_no_product_would_be_noticed(name):
 
 
 def test_it_holds_all_of_the_code(names, project_root):
-    code = {"__init__.py", "properties.py", "result_properties.py"}
+    code = {"__init__.py", "properties.py", "result_properties.py", "spectrum_properties.py"}
     for folder in ("spectral_probe", "operators", "panels"):
         code |= {file.relative_to(project_root).as_posix() for file in (project_root / folder).rglob("*.py")}
     assert {name for name in names if name.endswith(".py")} == code
