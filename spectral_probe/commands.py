@@ -18,7 +18,7 @@ from .files.atomic import check_folder
 from .files.capture import load_capture
 from .files.image_exr import read_channels
 from .files.spectral_channels import is_spectral
-from .files.spectral_exr import read_spectral_image
+from .files.spectral_exr import spectral_image
 from .geometry.boards import Board
 from .geometry.calibration import calibrate as calibrate_camera
 from .geometry.calibration import write_calibration
@@ -116,11 +116,11 @@ def read_tristimulus(path: Path) -> TristimulusImage:
     SpectralDataError
         If the spectrum does not cover 400-700 nm.
     """
-    channels, _ = read_channels(path)
+    channels, header = read_channels(path)
     if all(name in channels for name in "XYZ"):
         return TristimulusImage(_three(channels, "XYZ"))
     if any(is_spectral(name) for name in channels):
-        image = read_spectral_image(path)
+        image = spectral_image(channels, header, path.name)
         light = (
             illuminant("D65") / spectra_to_xyz(illuminant("D65"))[1]
             if image.quantity == "reflective"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -313,13 +313,20 @@ def write_basis(stem: Path, wavelengths_nm: FloatArray, basis: FloatArray) -> st
     return _save(basis_figure(wavelengths_nm, basis), stem)
 
 
-def write_sensitivities(stem: Path, sensitivities: FloatArray, title: str) -> str:
-    """Write STEM.csv, STEM.png and STEM.svg of a camera's sensitivities (61, 3) (fig. 2 of the paper); returns the PNG's path."""
+def write_sensitivities(stem: Path, sensitivities: FloatArray, title: str, shots: Sequence[str] = ()) -> str:
+    """Write STEM.csv, STEM.png and STEM.svg of a camera's sensitivities (fig. 2 of the paper); returns the PNG's path.
+
+    `sensitivities` is (61, 3), or (61, 6) or (61, 9) with those through filters after them; `shots` says what each three
+    were taken through, as in `sensitivities_figure`.
+    """
     from .figures.curves import sensitivities_figure
 
-    columns = dict(zip("rgb", sensitivities.T, strict=True))
+    figure = sensitivities_figure(WAVELENGTHS_NM, sensitivities, shots=shots, title=title)
+    suffixes = ["", *(f"_{number}" for number in range(2, sensitivities.shape[1] // 3 + 1))]
+    names = [letter + suffix for suffix in suffixes for letter in "rgb"]
+    columns = dict(zip(names, sensitivities.T, strict=True))
     _write_csv(stem.with_name(f"{stem.name}.csv"), {"wavelength_nm": WAVELENGTHS_NM, **columns})
-    return _save(sensitivities_figure(WAVELENGTHS_NM, sensitivities, title=title), stem)
+    return _save(figure, stem)
 
 
 def _save(figure: Any, stem: Path) -> str:

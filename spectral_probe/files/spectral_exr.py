@@ -167,32 +167,39 @@ def read_spectral_image(path: Path, quantity: Quantity | None = None) -> Spectra
     at 400 nm; its wavelength here is the bucket's middle.
     """
     planes, header = read_channels(path)
-    found = find_channels(planes, Path(path).name)
+    return spectral_image(planes, header, Path(path).name, quantity)
+
+
+def spectral_image(
+    planes: Mapping[str, Any], header: Mapping[str, Any], name: str, quantity: Quantity | None = None
+) -> SpectralImage:
+    """The spectral image among the channels (H, W) of a file that is already read; see `read_spectral_image`."""
+    found = find_channels(planes, name)
     remarks = []
     if found.bispectral:
         raise FileFormatError(
-            f"{Path(path).name} is bispectral (fluorescence): light of one wavelength leaves as another. "
+            f"{name} is bispectral (fluorescence): light of one wavelength leaves as another. "
             "Give an emissive or reflective spectral image."
         )
     if quantity is None:
         quantity = "emissive" if found.emissive else "reflective"
     chosen = found.emissive if quantity == "emissive" else found.reflective
     if not chosen:
-        raise FileFormatError(_nothing_found(found, Path(path).name, quantity))
+        raise FileFormatError(_nothing_found(found, name, quantity))
     if found.polarised:
-        remarks.append(f"{Path(path).name} is polarised: its intensity S0 is used, S1 to S3 are not.")
+        remarks.append(f"{name} is polarised: its intensity S0 is used, S1 to S3 are not.")
     if quantity == "emissive" and found.reflective:
-        remarks.append(f"{Path(path).name} holds reflectances too; its emissive part is used.")
-    if len({np.shape(planes[name]) for name in chosen.values()}) > 1:
-        raise FileFormatError(
-            f"The channels of {Path(path).name} differ in size. Write it without subsampling."
-        )
+        remarks.append(f"{name} holds reflectances too; its emissive part is used.")
+    if len({np.shape(planes[channel]) for channel in chosen.values()}) > 1:
+        raise FileFormatError(f"The channels of {name} differ in size. Write it without subsampling.")
     wavelengths_nm = np.array(sorted(chosen))
     spectra = np.stack([np.asarray(planes[chosen[nm]], np.float32) for nm in wavelengths_nm], axis=-1)
-    valid = np.isfinite(spectra).all(-1)
+    valid = np.ones(spectra.shape[:2], bool)
+    for channel in chosen.values():  # one at a time: little memory
+        valid &= np.isfinite(planes[channel])
     if "valid" in planes:
         valid &= np.asarray(planes["valid"]) > 0.5
-    attributes = {name: header[name] for name in KEPT_ATTRIBUTES if name in header}
+    attributes = {key: header[key] for key in KEPT_ATTRIBUTES if key in header}
     return SpectralImage(spectra, wavelengths_nm, valid, quantity, attributes, tuple(remarks))
 
 

@@ -175,6 +175,9 @@ def test_sensitivities_are_drawn_and_listed(tmp_path):
     assert plot == str(tmp_path / "sensitivities.png")
     table = np.genfromtxt(tmp_path / "sensitivities.csv", delimiter=",", names=True)
     np.testing.assert_allclose(np.stack([table[name] for name in "rgb"], -1), curves, rtol=1e-5)
+    write_sensitivities(tmp_path / "two", np.hstack([curves, curves / 2]), "A camera", ["plain", "red glass"])
+    table = np.genfromtxt(tmp_path / "two.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(table["g_2"], curves[:, 1] / 2, rtol=1e-5)
 
 
 def test_a_direction_or_a_region_but_not_both(probe_file, tmp_path, capsys):
