@@ -13,11 +13,13 @@ class SPECTRAL_PROBE_PG_spectrum(bpy.types.PropertyGroup):
         name="Bearing",
         description="Compass bearing of the direction: 0 along +Y, clockwise seen from above, 90 along +X",
         subtype="ANGLE",
+        precision=2,
     )
     elevation: FloatProperty(
         name="Elevation",
         description="Elevation of the direction above the horizon",
         subtype="ANGLE",
+        precision=2,
         min=-math.pi / 2,
         max=math.pi / 2,
     )
@@ -25,6 +27,7 @@ class SPECTRAL_PROBE_PG_spectrum(bpy.types.PropertyGroup):
         name="Radius",
         description="Radius of the disc about the direction that the spectrum is averaged over",
         subtype="ANGLE",
+        precision=2,
         default=math.radians(0.5),
         min=math.radians(0.01),
         max=math.pi / 2,

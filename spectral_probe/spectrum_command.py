@@ -13,7 +13,7 @@ import numpy as np
 
 from .errors import FileFormatError
 from .files.atomic import check_folder, written_whole
-from .files.probe_exr import read_probe
+from .files.panorama_file import read_panorama
 from .files.region_json import read_region
 from .files.spectrum_csv import read_spectrum_csv
 from .geometry.frames import bearing_to_direction, panorama_directions, panorama_solid_angles
@@ -164,7 +164,7 @@ def spectrum(
     Parameters
     ----------
     probe_path
-        probe.exr.
+        probe.exr, or a spectral panorama of another program.
     at
         Compass bearing and elevation in degrees, or None where a region is given.
     measured_path
@@ -185,7 +185,7 @@ def spectrum(
     """
     measured = None if measured_path is None else read_spectrum_csv(measured_path)[0]
     yield Progress(0.1, "Reading the probe")
-    panorama = read_probe(probe_path)
+    panorama = read_panorama(probe_path)
     directory = probe_path.parent if directory is None else directory
     check_folder(directory)
     if at is not None and region_path is None:
