@@ -26,8 +26,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from spectral_probe.geometry.frames import camera_to_world
-from spectral_probe.geometry.panorama import Unwrapping, in_parallel, row_blocks
+from spectral_probe.geometry.panorama import Unwrapping
 from spectral_probe.model import BallFit, Camera, RadianceImage
+from spectral_probe.parallel import in_parallel, row_blocks
 from spectral_probe.spectra.camera import camera_sensitivities
 from spectral_probe.spectra.recovery import spectral_recovery
 

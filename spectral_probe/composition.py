@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .geometry.frames import panorama_solid_angles
-from .geometry.panorama import Unwrapping, in_parallel, row_blocks
+from .geometry.panorama import Unwrapping
 from .geometry.registration import PlacedView, ViewRegistration
 from .geometry.sphere import fill_unknown, resized
 from .geometry.stitch import Blend, view_score
 from .model import FloatArray, Job, Progress, SpectralPanorama
+from .parallel import in_parallel, row_blocks
 from .spectra.grid import WAVELENGTHS_NM
 from .spectra.recovery import SpectralRecovery
 

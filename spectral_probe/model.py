@@ -13,6 +13,9 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from .light_settings import CalibrationSettings, RegionLight
+from .light_settings import Region as Region  # noqa: PLC0414  (part of the capture: imported from here)
+
 type FloatArray = npt.NDArray[np.floating[Any]]
 type IntArray = npt.NDArray[np.integer[Any]]
 type BoolArray = npt.NDArray[np.bool_]
@@ -104,7 +107,9 @@ class ViewSettings:
     `elevation_deg` > 0 means the camera is above the ball, `roll_deg` turns the camera clockwise about its axis.
     `refine` lets registration correct these angles. `outline` is (centre x, centre y, radius) in pixels of the first
     photograph, or None to detect it; `ball_at` is a point on the ball, where more than one is in the picture.
-    `solve_exposures` takes what the pixels say of the exposures where the stated ones contradict them.
+    `solve_exposures` takes what the pixels say of the exposures where the stated ones contradict them. `filter` is the
+    transmittance (CSV), or the name of a glass, of a filter these photographs were taken through: they belong to the view
+    without a filter that has the same three angles.
     """
 
     photos: tuple[Path, ...]
@@ -118,20 +123,7 @@ class ViewSettings:
     outline: tuple[float, float, float] | None = None
     ball_at: tuple[float, float] | None = None
     solve_exposures: bool = True
-
-
-@dataclass(frozen=True)
-class Region:
-    """Some directions of a panorama; exactly one of the three is given.
-
-    `polygon_deg` holds the corners (compass bearing, elevation) in degrees of a polygon whose edges are great circles, the
-    smaller side of it; `mask` is an equirectangular picture, white inside (row 0 is up, as the panorama); `seed_deg` is a
-    bearing and elevation in one bright thing, such as a window, that the region grows over.
-    """
-
-    polygon_deg: tuple[tuple[float, float], ...] | None = None
-    mask: Path | None = None
-    seed_deg: tuple[float, float] | None = None
+    filter: str | Path | None = None
 
 
 COMPOSITIONS = ("blend", "cut")
@@ -141,7 +133,11 @@ to 60 degrees on both sides of the direction from the ball to its camera."""
 
 @dataclass(frozen=True)
 class Capture:
-    """A whole capture: camera, ball, lamp families that may be present, recovery method, views and their composition."""
+    """A whole capture: camera, ball, views and their composition, and what is known of the light.
+
+    `families` are the lamp families that may be present, `spectra` files of the user's own lights beside them, `regions` have
+    lights of their own, and `calibration` is a light that is known.
+    """
 
     views: tuple[ViewSettings, ...]
     camera: CameraSettings = field(default_factory=CameraSettings)
@@ -149,6 +145,9 @@ class Capture:
     families: tuple[str, ...] = ("incandescent", "daylight")
     method: str = "family"
     composition: str = "blend"
+    spectra: tuple[Path, ...] = ()
+    regions: tuple[RegionLight, ...] = ()
+    calibration: CalibrationSettings | None = None
 
 
 # ---------------------------------------------------------------- photographs

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .errors import CaptureError
+from .errors import CaptureError, OutlineError
 from .geometry.ball import fit_ball
 from .geometry.camera import camera_for
 from .geometry.outline import FoundBall, check_in_frame, find_ball, outline_from_circle
+from .light_settings import Rectangle
 from .model import (
     BallFit,
     BoolArray,
@@ -23,6 +24,7 @@ from .model import (
     RadianceImage,
     ViewSettings,
 )
+from .patch import Patch, direct_patch
 from .photo.align import align, register
 from .photo.bracket import MergedBracket, merge_bracket
 from .photo.exposure import resolve_exposures
@@ -32,6 +34,11 @@ from .spectra.camera import camera_names
 _MARGIN_PX = 12
 """Pixels round the ball that are kept: whoever resamples at its rim needs some."""
 
+_TOUCHED = 0.05
+"""How far, in radii, the ball may lie from where it was without the filter: whoever screws one on may touch the tripod."""
+
+_AS_WITHOUT = "its outline without the filter is used."
+
 
 @dataclass(frozen=True)
 class MeasuredView:
@@ -39,7 +46,7 @@ class MeasuredView:
 
     `image` and the `camera` that took it are cut to the ball; `corner_px` is their left and upper edge in the photograph, whose
     pixels `outline` counts. `converted` where a tone curve had been applied (JPEG). `others` are further balls in the
-    picture (x, y, radius), `remarks` sentences for the user.
+    picture (x, y, radius), `remarks` sentences for the user. `patch` is what was asked for beside the ball.
     """
 
     settings: ViewSettings
@@ -52,6 +59,7 @@ class MeasuredView:
     bracket: MergedBracket
     others: tuple[tuple[float, float, float], ...] = ()
     remarks: tuple[str, ...] = ()
+    patch: Patch | None = None
 
     @property
     def clipped_fraction(self) -> float:
@@ -76,8 +84,23 @@ def on_ball(outline: Outline, shape: tuple[int, ...], corner_px: tuple[int, int]
     return np.asarray(np.hypot(x, y) < min(outline.semi_axes_px))
 
 
-def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
+def measure_view(
+    capture: Capture,
+    settings: ViewSettings,
+    patch_px: Rectangle | None = None,
+    partner: MeasuredView | None = None,
+) -> MeasuredView:
     """Read one view's bracket, find the ball in it, and merge it to radiance.
+
+    Parameters
+    ----------
+    capture, settings
+        The capture, and which of its views.
+    patch_px
+        A patch of the first photograph to measure as well.
+    partner
+        For photographs through a filter, the same view without it: where they are too dark to find the ball, it is where that
+        has it.
 
     Raises
     ------
@@ -88,10 +111,11 @@ def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
     converted = _check_kind(capture, photographs)
     stated = resolve_exposures(photographs, settings)
     camera = camera_for(capture.camera, photographs[0])
-    found = _located(photographs, settings, camera)
+    found = _located(photographs, settings, camera, partner)
     outline = found.outlines[0]
     ball = fit_ball(camera, outline, capture.ball.radius_m)
     bracket, camera, corner_px = _merged(photographs, stated, found, camera, settings)
+    patch = None if patch_px is None else direct_patch(photographs, bracket, patch_px, found.shifts_px)
     remarks = [remark for photograph in photographs for remark in photograph.remarks]
     return MeasuredView(
         settings,
@@ -104,6 +128,7 @@ def measure_view(capture: Capture, settings: ViewSettings) -> MeasuredView:
         bracket,
         found.others,
         (*remarks, *found.warnings, *bracket.warnings),
+        patch,
     )
 
 
@@ -124,15 +149,43 @@ def _check_kind(capture: Capture, photographs: Sequence[Photograph]) -> bool:
     return kinds.pop()
 
 
-def _located(photographs: Sequence[Photograph], settings: ViewSettings, camera: Camera) -> FoundBall:
-    """The ball in every photograph: found, or where the user says."""
-    if settings.outline is None:
+def _located(
+    photographs: Sequence[Photograph], settings: ViewSettings, camera: Camera, partner: MeasuredView | None
+) -> FoundBall:
+    """The ball in every photograph: found, or where the user says, or where the partner has it."""
+    if settings.outline is not None:
+        outline = outline_from_circle(*settings.outline)
+        check_in_frame(outline, camera.size_px, given=True)
+        return _at(outline, photographs)
+    if partner is None:
         return find_ball(photographs, settings.ball_at)
-    outline = outline_from_circle(*settings.outline)
-    check_in_frame(outline, camera.size_px, given=True)
+    try:
+        found = find_ball(photographs, settings.ball_at)
+    except OutlineError:
+        return _at(
+            partner.outline, photographs, ("Too dark through the filter to find the ball: " + _AS_WITHOUT,)
+        )
+    if _same_ball(found.outlines[0], partner.outline):
+        return found
+    return _at(
+        partner.outline,
+        photographs,
+        ("Through the filter something else seemed to be the ball: " + _AS_WITHOUT,),
+    )
+
+
+def _at(outline: Outline, photographs: Sequence[Photograph], warnings: tuple[str, ...] = ()) -> FoundBall:
+    """The ball at a known place in the first photograph."""
     circle = (*outline.centre_px, outline.semi_axes_px[0])
     shifts = register(photographs, [circle] * len(photographs))
-    return FoundBall((outline,) * len(photographs), tuple(shifts))
+    return FoundBall((outline,) * len(photographs), tuple(shifts), warnings=warnings)
+
+
+def _same_ball(one: Outline, other: Outline) -> bool:
+    """Whether two outlines can be the same ball's, from a tripod that was touched at most."""
+    radius = max(other.semi_axes_px)
+    apart = np.hypot(*np.subtract(one.centre_px, other.centre_px))
+    return bool(apart < _TOUCHED * radius and abs(max(one.semi_axes_px) / radius - 1.0) < _TOUCHED)
 
 
 def _merged(

@@ -5,29 +5,35 @@ Every key is checked: an unknown one is named, with the nearest known one beside
 
 from __future__ import annotations
 
-import difflib
-import math
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ..errors import CaptureError
 from ..model import COMPOSITIONS, BallSettings, CameraSettings, Capture, ViewSettings
 from .atomic import written_whole
-
-type Table = Mapping[str, Any]
+from .capture_light import (
+    FAMILIES_WANTED,
+    calibration_lines,
+    filter_text,
+    read_calibration,
+    read_filter,
+    read_regions,
+    region_lines,
+)
+from .toml import Table, TomlReader, entries, is_number, relative
 
 _CAMERA_KEYS = (
     "model", "sensitivities", "focal_px", "focal_mm", "sensor_width_mm", "calibration", "principal_px", "distortion",
     "half_size",
 )  # fmt: skip
 _BALL_KEYS = ("radius_m", "material")
-_LIGHT_KEYS = ("families", "method")
+_LIGHT_KEYS = ("method", "families", "spectra")
 _PANORAMA_KEYS = ("composition",)
 _VIEW_KEYS = (
     "azimuth_deg", "elevation_deg", "roll_deg", "refine", "photos", "exposures_s", "iso", "f_number", "outline",
-    "ball_at", "solve_exposures",
+    "ball_at", "solve_exposures", "filter",
 )  # fmt: skip
 
 
@@ -57,7 +63,8 @@ def load_capture(path: Path) -> Capture:
 def parse_capture(document: Table, folder: Path, name: str = "the capture") -> Capture:
     """A capture from a TOML document already read; paths are taken relative to `folder`."""
     reader = _Reader(name, folder)
-    reader.check_keys(document, ("camera", "ball", "light", "panorama", "view"), "the capture file")
+    tables = ("camera", "ball", "light", "calibration", "panorama", "view", "region")
+    reader.check_keys(document, tables, "the capture file")
     views = document.get("view", [])
     if isinstance(views, Mapping):
         raise CaptureError(f"{name} has [view] in single brackets. Write [[view]] for each view.")
@@ -68,49 +75,17 @@ def parse_capture(document: Table, folder: Path, name: str = "the capture") -> C
         views=tuple(reader.view(view, number) for number, view in enumerate(views, start=1)),
         camera=reader.camera(reader.table(document, "camera", _CAMERA_KEYS)),
         ball=reader.ball(reader.table(document, "ball", _BALL_KEYS)),
-        families=reader.families(light),
+        families=reader.texts(light, "families", "[light]", FAMILIES_WANTED) or Capture.families,
         method=reader.text(light, "method", "[light]") or "family",
         composition=reader.composition(reader.table(document, "panorama", _PANORAMA_KEYS)),
+        spectra=reader.spectra(light),
+        regions=read_regions(reader, document),
+        calibration=read_calibration(reader, document),
     )
 
 
-class _Reader:
-    """Typed values out of TOML tables, with error messages that name the place."""
-
-    def __init__(self, name: str, folder: Path) -> None:
-        self.name = name
-        self.folder = folder
-
-    def fail(self, where: str, key: str, wanted: str) -> CaptureError:
-        return CaptureError(f"{self.name}, {where}: {key} must be {wanted}.")
-
-    def check_keys(self, table: Table, known: Collection[str], where: str) -> None:
-        for key in table:
-            if key not in known:
-                near = difflib.get_close_matches(key, known, n=1)
-                hint = f'Did you mean "{near[0]}"?' if near else f"Known are {', '.join(known)}."
-                raise CaptureError(f'{self.name}, {where}: there is no key "{key}". {hint}')
-
-    def table(self, document: Table, key: str, known: Collection[str]) -> Table:
-        table = document.get(key, {})
-        if not isinstance(table, Mapping):
-            raise CaptureError(f"{self.name}: write [{key}] once, as a table.")
-        self.check_keys(table, known, f"[{key}]")
-        return table
-
-    def number(self, table: Table, key: str, where: str, *, positive: bool = False) -> float | None:
-        value = table.get(key)
-        if value is None:
-            return None
-        if not _is_number(value) or (positive and value <= 0):
-            raise self.fail(where, key, "a positive number" if positive else "a number")
-        return float(value)
-
-    def truth(self, table: Table, key: str, where: str, *, default: bool) -> bool:
-        value = table.get(key, default)
-        if not isinstance(value, bool):
-            raise self.fail(where, key, "true or false")
-        return value
+class _Reader(TomlReader):
+    """The tables of a capture file."""
 
     def composition(self, table: Table) -> str:
         value = self.text(table, "composition", "[panorama]") or COMPOSITIONS[0]
@@ -118,42 +93,10 @@ class _Reader:
             raise self.fail("[panorama]", "composition", " or ".join(f'"{name}"' for name in COMPOSITIONS))
         return value
 
-    def text(self, table: Table, key: str, where: str) -> str | None:
-        value = table.get(key)
-        if value is not None and not isinstance(value, str):
-            raise self.fail(where, key, "text in quotes")
-        return value
-
-    def file(self, table: Table, key: str, where: str) -> Path | None:
-        value = self.text(table, key, where)
-        return None if value is None else self.existing(value, where)
-
-    def existing(self, value: str, where: str) -> Path:
-        path = self.folder / value
-        if not path.is_file():
-            raise CaptureError(f"{self.name}, {where}: there is no file {path}. Check the name.")
-        return path
-
-    def numbers(
-        self, table: Table, key: str, where: str, lengths: Collection[int], *, positive: bool = False
-    ) -> tuple[float, ...] | None:
-        value = table.get(key)
-        if value is None:
-            return None
-        if (
-            not isinstance(value, list)
-            or len(value) not in lengths
-            or not all(_is_number(item) for item in value)
-        ):
-            raise self.fail(where, key, f"a list of {' or '.join(map(str, sorted(lengths)))} numbers")
-        if positive and any(item <= 0 for item in value):
-            raise self.fail(where, key, "a list of positive numbers")
-        return tuple(float(item) for item in value)
-
     def camera(self, table: Table) -> CameraSettings:
         where = "[camera]"
         focal = table.get("focal_px")
-        if _is_number(focal):
+        if is_number(focal):
             table = {**table, "focal_px": [focal, focal]}
         focal_px = self.numbers(table, "focal_px", where, {2}, positive=True)
         principal_px = self.numbers(table, "principal_px", where, {2})
@@ -173,7 +116,7 @@ class _Reader:
         where, default = "[ball]", BallSettings()
         material = table.get("material", default.material)
         if isinstance(material, Mapping):
-            if not material or not all(_is_number(value) and value > 0 for value in material.values()):
+            if not material or not all(is_number(value) and value > 0 for value in material.values()):
                 raise self.fail(
                     where,
                     "material",
@@ -188,14 +131,9 @@ class _Reader:
             self.number(table, "radius_m", where, positive=True) or default.radius_m, material
         )
 
-    def families(self, table: Table) -> tuple[str, ...]:
-        value = table.get("families", ["incandescent", "daylight"])
-        value = [value] if isinstance(value, str) else value
-        if not isinstance(value, list) or not value or not all(isinstance(item, str) for item in value):
-            raise self.fail(
-                "[light]", "families", 'a list of lamp families such as ["incandescent", "daylight"]'
-            )
-        return tuple(value)
+    def spectra(self, table: Table) -> tuple[Path, ...]:
+        names = self.texts(table, "spectra", "[light]", 'a list of files such as ["mylamp.csv"]')
+        return tuple(self.existing(name, "[light]") for name in names or ())
 
     def view(self, table: Any, number: int) -> ViewSettings:
         where = f"[[view]] {number}"
@@ -216,7 +154,7 @@ class _Reader:
         def per_photo(key: str) -> tuple[float, ...] | None:
             value = table.get(key)
             source = (
-                {key: [value] * len(photos)} if _is_number(value) else table
+                {key: [value] * len(photos)} if is_number(value) else table
             )  # one number stands for every photo
             return self.numbers(source, key, where, {len(photos)}, positive=True)
 
@@ -232,11 +170,8 @@ class _Reader:
             outline=None if outline is None else (outline[0], outline[1], outline[2]),
             ball_at=None if ball_at is None else (ball_at[0], ball_at[1]),
             solve_exposures=self.truth(table, "solve_exposures", where, default=True),
+            filter=read_filter(self, table, where),
         )
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def save_capture(capture: Capture, path: Path) -> None:
@@ -245,60 +180,41 @@ def save_capture(capture: Capture, path: Path) -> None:
     folder = path.resolve().parent
     camera, ball = capture.camera, capture.ball
     lines = ["[camera]"]
-    lines += _entries(
+    lines += entries(
         model=camera.model,
-        sensitivities=_relative(camera.sensitivities, folder),
+        sensitivities=relative(camera.sensitivities, folder),
         focal_px=camera.focal_px,
         focal_mm=camera.focal_mm,
         sensor_width_mm=camera.sensor_width_mm,
-        calibration=_relative(camera.calibration, folder),
+        calibration=relative(camera.calibration, folder),
         principal_px=camera.principal_px,
         distortion=camera.distortion if any(camera.distortion) else None,
         half_size=camera.half_size or None,
     )
-    lines += ["", "[ball]", *_entries(radius_m=ball.radius_m, material=ball.material)]
-    lines += ["", "[light]", *_entries(families=capture.families, method=capture.method)]
-    lines += ["", "[panorama]", *_entries(composition=capture.composition)]
+    lines += ["", "[ball]", *entries(radius_m=ball.radius_m, material=ball.material)]
+    spectra = tuple(relative(path, folder) for path in capture.spectra) or None
+    light = entries(method=capture.method, families=capture.families, spectra=spectra)
+    lines += ["", "[light]", *light]
+    if capture.calibration is not None:
+        lines += ["", *calibration_lines(capture.calibration, folder)]
+    lines += ["", "[panorama]", *entries(composition=capture.composition)]
     for view in capture.views:
         lines += ["", "[[view]]"]
-        lines += _entries(
+        lines += entries(
             azimuth_deg=view.azimuth_deg,
             elevation_deg=view.elevation_deg,
             roll_deg=view.roll_deg or None,
             refine=view.refine,
-            photos=tuple(_relative(photo, folder) for photo in view.photos),
+            photos=tuple(relative(photo, folder) for photo in view.photos),
             exposures_s=view.exposures_s,
             iso=view.iso,
             f_number=view.f_number,
             outline=view.outline,
             ball_at=view.ball_at,
             solve_exposures=None if view.solve_exposures else False,
+            filter=filter_text(view.filter, folder),
         )
+    for region in capture.regions:
+        lines += ["", *region_lines(region, folder)]
     with written_whole(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _relative(path: Path | None, folder: Path) -> str | None:
-    if path is None:
-        return None
-    path = Path(path).resolve()
-    return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else path.as_posix()
-
-
-def _entries(**values: object) -> list[str]:
-    return [f"{key} = {_toml(value)}" for key, value in values.items() if value is not None]
-
-
-def _toml(value: object) -> str:
-    match value:
-        case bool():
-            return "true" if value else "false"
-        case float() | int():
-            return repr(value)
-        case tuple():
-            return f"[{', '.join(map(_toml, value))}]"
-        case Mapping():
-            return f"{{ {', '.join(f'{_toml(str(key))} = {_toml(item)}' for key, item in value.items())} }}"
-        case _:
-            escaped = str(value).replace("\\", "\\\\").replace('"', '\\"')
-            return f'"{escaped}"'

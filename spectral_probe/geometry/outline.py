@@ -91,16 +91,6 @@ def find_ball(photographs: Sequence[Photograph], ball_at: tuple[float, float] | 
     return FoundBall(outlines, tuple(shifts), named, tuple(warnings))
 
 
-def detect_outlines(photographs: Sequence[Photograph]) -> list[Outline]:
-    """The outlines of `find_ball` alone, one per photograph."""
-    return list(find_ball(photographs).outlines)
-
-
-def detect_outline(photographs: Photograph | Sequence[Photograph]) -> Outline:
-    """The outline of `find_ball` in the frame of the first photograph."""
-    return detect_outlines([photographs] if isinstance(photographs, Photograph) else photographs)[0]
-
-
 def outline_from_circle(x_px: float, y_px: float, radius_px: float) -> Outline:
     """Outline for a circle that the user gives, with points all round it; half a pixel is assumed as its error.
 

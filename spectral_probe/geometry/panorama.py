@@ -8,9 +8,7 @@ along the rim than the texels there, several places along the rim are averaged.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,6 +16,7 @@ import cv2
 import numpy as np
 
 from ..model import BallFit, BoolArray, Camera, FloatArray, RadianceImage
+from ..parallel import in_parallel, row_blocks
 from .ball import find_reflection, reflection_table
 from .camera import project
 from .frames import panorama_solid_angles
@@ -26,7 +25,6 @@ from .sampling import Sampling, sampling
 
 WIDTHS = (64, 16384)
 _WIDTH_STEP = 64
-_TEXELS_AT_A_TIME = 1 << 17
 _TAPS = (2, 4, 8)
 """Texels that span more pixels than this along the rim are averaged over so many places there: samples between pixels that are
 two pixels apart leave nothing out. The ball's picture is 1 / cos(angle / 2) times as fine there as at its centre."""
@@ -122,23 +120,6 @@ def view_panorama(
         for name in ("responses", "variance", "cos_incidence", "facing_rad", "seen", "valid")
     }
     return ViewPanorama(**whole, sampling=unwrapping.sampling)
-
-
-def row_blocks(width: int) -> list[slice]:
-    """The rows of a panorama in parts that fit a processor's cache."""
-    step = max(4, _TEXELS_AT_A_TIME // width // 4 * 4)
-    return [slice(start, min(start + step, width // 2)) for start in range(0, width // 2, step)]
-
-
-def in_parallel[Part, Result](work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
-    """Results of `work` for each part, on all processors: numpy and OpenCV let other threads run."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)  # its own would only get in the way of these
-    try:
-        with ThreadPoolExecutor(os.process_cpu_count()) as pool:
-            return list(pool.map(work, parts))
-    finally:
-        cv2.setNumThreads(threads)
 
 
 @dataclass(frozen=True)

@@ -102,8 +102,32 @@ class ViewRegistration:
     warnings: tuple[str, ...] = ()
 
 
+def register_with_partners(
+    views: Sequence[PlacedView], partner: Sequence[int], panoramas: Sequence[ViewPanorama] | None = None
+) -> ViewRegistration:
+    """Register the views that are their own partners; the others take what is said of theirs.
+
+    Photographs through a filter show other colours and levels than the rest, and were taken from the same place as their
+    partner's: its rotation and its gain are theirs.
+
+    Parameters
+    ----------
+    views
+        All views.
+    partner
+        (V,) number of each view's partner, its own for those that are registered.
+    panoramas
+        As for `register_views`, of the views that are registered.
+    """
+    leaders = [number for number, own in enumerate(partner) if own == number]
+    found = register_views([views[number] for number in leaders], panoramas, leaders)
+    return ViewRegistration(tuple(found.views[leaders.index(own)] for own in partner), found.warnings)
+
+
 def register_views(
-    views: Sequence[PlacedView], panoramas: Sequence[ViewPanorama] | None = None
+    views: Sequence[PlacedView],
+    panoramas: Sequence[ViewPanorama] | None = None,
+    numbers: Sequence[int] | None = None,
 ) -> ViewRegistration:
     """Refine the rotations of views against each other and match their gains.
 
@@ -113,6 +137,8 @@ def register_views(
         The views. Those with `refine` False keep their angles; if none has, the first does.
     panoramas
         Small panoramas of the views at their nominal rotations (`small_panorama`), if they exist already.
+    numbers
+        What the views are called in warnings, counted from 0; their order here by default.
 
     Returns
     -------
@@ -160,7 +186,10 @@ def register_views(
         )
         for v, view in enumerate(views)
     )
-    return ViewRegistration(registered, tuple(_warning(v) for v in range(len(views)) if lost[v]))
+    names = range(len(views)) if numbers is None else numbers
+    return ViewRegistration(
+        registered, tuple(_warning(name) for name, away in zip(names, lost, strict=True) if away)
+    )
 
 
 def _placed(maps: Sequence[FeatureMap], cameras: FloatArray, fixed: Sequence[bool]) -> Bundle:

@@ -149,10 +149,11 @@ def fit_rim(photographs: Sequence[Photograph], shifts_px: Sequence[FloatArray], 
     ellipse, coverage, shown = approach(photographs, shifts_px, circle)
     angles = full_turn(RIM_ANGLES)
     usable = np.interp(angles, full_turn(ANGLES), shown.astype(float), period=2.0 * np.pi) > 0.5
+    fitting = _Fitting(photographs, shifts_px, usable, (CUSP, STEP))
     rim = _unrefined(ellipse, coverage, angles[usable])
     for level in FINE_RADII_PX:
         scale = min(1.0, level / rim.ellipse.radius)
-        refined, blur = _settled(photographs, shifts_px, rim, scale, usable)
+        refined, blur = fitting.settled(rim, scale)
         if refined is None:
             break
         rim = refined
@@ -163,69 +164,62 @@ def fit_rim(photographs: Sequence[Photograph], shifts_px: Sequence[FloatArray], 
         return rim
     found = _unrefined(beyond, coverage, angles)
     scale = min(1.0, FINE_RADII_PX[-1] / beyond.radius)
-    all_round = np.ones(RIM_ANGLES, bool)
-    refined, _ = _settled(photographs, shifts_px, found, scale, all_round, (DIMMED_CUSP, STEP))
-    return refined or found
+    dimmed = _Fitting(photographs, shifts_px, np.ones(RIM_ANGLES, bool), (DIMMED_CUSP, STEP))
+    return dimmed.settled(found, scale)[0] or found
 
 
-def _settled(
-    photographs: Sequence[Photograph],
-    shifts_px: Sequence[FloatArray],
-    rim: Rim,
-    scale: float,
-    usable: BoolArray,
-    models: Sequence[Sequence[str]] = (CUSP, STEP),
-) -> tuple[Rim | None, float]:
-    """The rim fitted again and again at one scale until it moves no more, and its blur; None where nothing fits."""
-    blur = 0.0
-    for _ in range(REPEATS):
-        refined = _refined(photographs, shifts_px, rim, scale, usable, models)
-        if refined is None:
-            return None, blur
-        moved_px = _distance(refined[0].ellipse, rim.ellipse) * scale
-        rim, blur = refined
-        if moved_px < SETTLED_PX:
-            break
-    return rim, blur
+@dataclass(frozen=True)
+class _Fitting:
+    """What a rim is fitted to: a bracket, the angles (A,) at which an edge shows, and the models tried for the profiles."""
+
+    photographs: Sequence[Photograph]
+    shifts_px: Sequence[FloatArray]
+    usable: BoolArray
+    models: Sequence[Sequence[str]]
+
+    def settled(self, rim: Rim, scale: float) -> tuple[Rim | None, float]:
+        """The rim fitted again and again at one scale until it moves no more, and its blur; None where nothing fits."""
+        blur = 0.0
+        for _ in range(REPEATS):
+            refined = self._refined(rim, scale)
+            if refined is None:
+                return None, blur
+            moved_px = _distance(refined[0].ellipse, rim.ellipse) * scale
+            rim, blur = refined
+            if moved_px < SETTLED_PX:
+                break
+        return rim, blur
+
+    def _refined(self, rim: Rim, scale: float) -> tuple[Rim, float] | None:
+        """The rim fitted in pictures scaled by `scale`, and their blur in their own pixels; None where nothing fits."""
+        ellipse = rim.ellipse
+        angles = full_turn(RIM_ANGLES)
+        profiles = [
+            profiles_of(one, ellipse.moved(shift), scale, angles)
+            for one, shift in zip(self.photographs, self.shifts_px, strict=True)
+        ]
+        # Sharpening and tone curves make halos at the rim that pass for the outer side of a cusp.
+        developed = any(one.display_referred for one in self.photographs)
+        model = best_model(profiles, self.usable, (STEP,) if developed else self.models)
+        if model is None:
+            return None
+        misfit, blur = model
+        change, found, weight = robust_fit(misfit, angles)
+        good = weight > 0.02 * weight.max()
+        enough = ENOUGH_DEVELOPED_ANGLES if developed else ENOUGH_ANGLES
+        if good.sum() < enough or np.abs(change).max() > BELIEVED_PX:
+            return None
+        curve = harmonics(angles, 3) @ change
+        residual = np.where(good, (found - curve) * weight / weight.max(), 0.0)
+        radius = ellipse.radius_at(angles) + (curve + residual) / scale
+        direction = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        points = np.array([ellipse.x, ellipse.y]) + radius[:, None] * direction
+        rms = float(np.sqrt(np.average((found - curve)[good] ** 2, weights=weight[good]))) / scale
+        return Rim(ellipse.changed(change / scale), points[good], rms, rim.coverage), blur
 
 
 def _distance(one: Ellipse, other: Ellipse) -> float:
     return max(abs(one.x - other.x), abs(one.y - other.y), abs(one.radius - other.radius))
-
-
-def _refined(
-    photographs: Sequence[Photograph],
-    shifts_px: Sequence[FloatArray],
-    rim: Rim,
-    scale: float,
-    usable: BoolArray,
-    models: Sequence[Sequence[str]] = (CUSP, STEP),
-) -> tuple[Rim, float] | None:
-    """The rim fitted in pictures scaled by `scale`, and their blur in their own pixels; None where nothing fits."""
-    ellipse = rim.ellipse
-    angles = full_turn(RIM_ANGLES)
-    profiles = [
-        profiles_of(one, ellipse.moved(shift), scale, angles)
-        for one, shift in zip(photographs, shifts_px, strict=True)
-    ]
-    # Sharpening and tone curves make halos at the rim that pass for the outer side of a cusp.
-    developed = any(one.display_referred for one in photographs)
-    model = best_model(profiles, usable, (STEP,) if developed else models)
-    if model is None:
-        return None
-    misfit, blur = model
-    change, found, weight = robust_fit(misfit, angles)
-    good = weight > 0.02 * weight.max()
-    enough = ENOUGH_DEVELOPED_ANGLES if developed else ENOUGH_ANGLES
-    if good.sum() < enough or np.abs(change).max() > BELIEVED_PX:
-        return None
-    curve = harmonics(angles, 3) @ change
-    residual = np.where(good, (found - curve) * weight / weight.max(), 0.0)
-    radius = ellipse.radius_at(angles) + (curve + residual) / scale
-    direction = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    points = np.array([ellipse.x, ellipse.y]) + radius[:, None] * direction
-    rms = float(np.sqrt(np.average((found - curve)[good] ** 2, weights=weight[good]))) / scale
-    return Rim(ellipse.changed(change / scale), points[good], rms, rim.coverage), blur
 
 
 def _unrefined(ellipse: Ellipse, coverage: float, angles: FloatArray) -> Rim:

@@ -73,31 +73,33 @@ def _most_alike(
     """Change (x, y, radius) of the outline along which the steps have most in common; None where that is not enough."""
     most = int(_SIDEWAYS * radius)
     outwards = np.arange(0.0, _REACH * radius + 2.0, _OFFSET_STEP_PX)
-    best, chosen = 0.0, None
-    for x in range(-most, most + 1):
-        for y in range(-most, most + 1):
-            if np.hypot(x, y) > most:
-                continue
-            sideways = harmonics(angles, 2) @ [x, y]
-            own = np.stack([_at(steps, offsets, sideways + out) for out in outwards], axis=-1)
-            median = np.median(own, axis=0)
-            size = np.abs(median)
-            crest = np.r_[
-                False, (size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]), False
-            ]  # no flank of another
-            crest &= (
-                (outwards > _LEAST_OUTSIDE_PX)
-                & (outwards >= np.hypot(x, y))
-                & (size > max(best, _LEAST_STEP))
-            )
-            for column in np.flatnonzero(crest):
-                here = own[:, column]
-                spread = 1.4826 * float(np.median(np.abs(here - median[column])))
-                error = 1.25 * spread * np.sqrt(_CORRELATED_ANGLES / len(here))
-                alike = np.mean(here * np.sign(median[column]) > 0.0)
-                if size[column] > max(best, _LEAST_SIGNIFICANCE * error) and alike > _LEAST_AGREEMENT:
-                    best, chosen = float(size[column]), np.array([x, y, outwards[column]])
+    near = np.arange(-most, most + 1)
+    moves = [np.array([x, y]) for x in near for y in near if np.hypot(x, y) <= most]
+    best, chosen = _LEAST_STEP, None
+    for move in moves:
+        sideways = harmonics(angles, 2) @ move
+        own = np.stack([_at(steps, offsets, sideways + out) for out in outwards], axis=-1)
+        median = np.median(own, axis=0)
+        size = np.abs(median)
+        for column in np.flatnonzero(
+            _crests(size) & (outwards > _LEAST_OUTSIDE_PX) & (outwards >= np.hypot(*move))
+        ):
+            if size[column] > best and _common(own[:, column], median[column]):
+                best, chosen = float(size[column]), np.array([*move, outwards[column]])
     return chosen
+
+
+def _crests(size: FloatArray) -> BoolArray:
+    """Where (R,) a size is the largest of its neighbours: no flank of another."""
+    return np.asarray(np.r_[False, (size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]), False])
+
+
+def _common(steps: FloatArray, median: float) -> bool:
+    """Whether steps (A,) at all angles are one: their median beyond its error, and most of its sign."""
+    spread = 1.4826 * float(np.median(np.abs(steps - median)))
+    error = 1.25 * spread * np.sqrt(_CORRELATED_ANGLES / len(steps))
+    alike = np.mean(steps * np.sign(median) > 0.0)
+    return bool(abs(median) > _LEAST_SIGNIFICANCE * error and alike > _LEAST_AGREEMENT)
 
 
 def _steps(

@@ -237,25 +237,3 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> FloatArray:
         last, last_place = np.where(counts, value, last), np.where(counts, here, last_place)
         started |= counts
     return np.asarray(result, np.float32)
-
-
-def view_weights(views: Sequence[ViewPanorama], composition: str = "blend") -> FloatArray:
-    """Share of each view in every direction, (V, H, W) float32, summing to one where any view sees, else 0.
-
-    Directions that every view that sees them has clipped get the shares of those views all the same: what they hold is
-    a lower bound, and better than nothing; `valid` of the result tells. `Blend` does the same without all views at hand.
-
-    Examples
-    --------
-    >>> flat = np.ones((2, 4), np.float32)
-    >>> view = ViewPanorama(np.ones((2, 4, 3)), np.ones((2, 4, 3)), flat, flat, flat > 0, flat > 0)
-    >>> view_weights([view, view])[0, 0].tolist()
-    [0.5, 0.5, 0.5, 0.5]
-    """
-    doubt = [resized(own, views[0].seen.shape[1]) for own in doubts(views)]
-    scores = np.stack(
-        [view_score(view, own, 1.0, composition) for view, own in zip(views, doubt, strict=True)]
-    )
-    best = scores.max(0)
-    shares = np.where(scores > _NEVER, np.exp(scores - best), 0.0)
-    return np.asarray(shares / np.maximum(shares.sum(0), 1e-30), np.float32)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,9 +21,6 @@ LEAST_SPREAD_EV = 0.5
 
 WORST_RESIDUAL_EV = 0.5
 """Beyond this disagreement about the light a response is no description of the camera."""
-
-MARGIN_PX = 8
-"""Pixels round the ball that are merged with it: whoever interpolates at its rim needs some."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +52,12 @@ def merge_bracket(
     Parameters
     ----------
     photographs
-        Aligned, of one size (H, W).
+        Aligned, of one size (H, W): cut to the ball and as much round it as whoever interpolates at its rim needs.
     stated
         Their exposures as the capture file or EXIF has them.
     on_ball
         (H, W) where the ball's picture is: only there is a hand-held bracket aligned. Exposures and response are measured
-        there, and only its surroundings are merged; elsewhere the image is 0 and not valid.
+        there.
     solve_exposures
         Whether exposures that contradict the pixels are replaced; they are named in any case.
     """
@@ -79,18 +76,16 @@ def merge_bracket(
     if cells.encoded:
         response, said = _response(cells, check, single)
         warnings += said
-    box = _box(on_ball)
-    kept = [_cut(photographs[index], box) for index in single]
+    kept = [photographs[index] for index in single]
     used = [check.exposures[index] for index in single]
-    sensor = sensor_noise(kept, used, on_ball[box])
-    areas = moved_areas(kept, used, on_ball[box], response, sensor)
-    merged = merge(kept, used, response, sensor, areas)
+    sensor = sensor_noise(kept, used, on_ball)
+    areas = moved_areas(kept, used, on_ball, response, sensor)
     moved = np.zeros(on_ball.shape, bool)
     for area in areas:
         if area is not None:
-            moved[box] |= area
+            moved |= area
     return MergedBracket(
-        _whole(merged, box, on_ball.shape),
+        merge(kept, used, response, sensor, areas),
         check.exposures,
         check.offsets_ev,
         response,
@@ -146,27 +141,3 @@ def _response(
         worst = f"residual {max(curve.residual_ev):.2f} EV"
         return None, [f"No tone curve explains the bracket ({worst}): {assumed} Check the exposures."]
     return curve, []
-
-
-def _box(on_ball: BoolArray) -> tuple[slice, slice]:
-    """Rows and columns round the ball; everything where there is none."""
-    rows, columns = np.flatnonzero(on_ball.any(1)), np.flatnonzero(on_ball.any(0))
-    if not len(rows):
-        return slice(0, on_ball.shape[0]), slice(0, on_ball.shape[1])
-    return (
-        slice(max(0, int(rows[0]) - MARGIN_PX), int(rows[-1]) + 1 + MARGIN_PX),
-        slice(max(0, int(columns[0]) - MARGIN_PX), int(columns[-1]) + 1 + MARGIN_PX),
-    )
-
-
-def _cut(photograph: Photograph, box: tuple[slice, slice]) -> Photograph:
-    return replace(photograph, pixels=photograph.pixels[box], clipped=photograph.clipped[box])
-
-
-def _whole(image: RadianceImage, box: tuple[slice, slice], shape: tuple[int, ...]) -> RadianceImage:
-    """The part's image in a frame of the photographs' size."""
-    radiance = np.zeros((*shape, 3), np.float32)
-    variance = np.full((*shape, 3), np.inf, np.float32)
-    valid = np.zeros(shape, bool)
-    radiance[box], variance[box], valid[box] = image.radiance, image.variance, image.valid
-    return RadianceImage(radiance, variance, valid)

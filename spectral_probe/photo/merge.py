@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,6 +11,7 @@ import numpy.typing as npt
 
 from ..errors import PhotographError
 from ..model import BoolArray, Exposure, FloatArray, Photograph, RadianceImage
+from ..parallel import in_parallel, processors
 from .noise import (
     BLACK_ENTRY,
     SensorNoise,
@@ -87,7 +86,7 @@ def merge(
     variance = np.empty((height, width, 3), np.float32)
     valid = np.empty((height, width), bool)
     step = max(1, PIXELS_AT_ONCE // max(width, 1))
-    workers = max(1, min(os.cpu_count() or 1, height // step))
+    workers = max(1, min(processors(), height // step))
 
     def work(worker: int) -> None:
         buffers = np.empty((BUFFERS, step, width, 3), np.float32)
@@ -103,9 +102,7 @@ def merge(
                 variance[rows][~seen] = np.inf
             valid[rows] = seen
 
-    with ThreadPoolExecutor(workers) as pool:  # numpy and OpenCV let other threads run
-        for _ in pool.map(work, range(workers)):
-            pass
+    in_parallel(work, range(workers))
     return RadianceImage(radiance, variance, valid)
 
 

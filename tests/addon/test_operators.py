@@ -140,9 +140,10 @@ def test_detect_ball_finds_it_and_gives_a_start_for_corrections(imported, in_ext
     imported.active_view, imported.all_views = 1, False
     assert ops.detect_ball() == {"FINISHED"}
     assert not imported.views[0].has_outline
-    detected = in_extension("spectral_probe.geometry.outline").detect_outline(
-        [in_extension("spectral_probe.photo.read").read_photograph(Path(imported.views[1].photos[0].path))]
+    photograph = in_extension("spectral_probe.photo.read").read_photograph(
+        Path(imported.views[1].photos[0].path)
     )
+    detected = in_extension("spectral_probe.geometry.outline").find_ball([photograph]).outlines[0]
     assert tuple(imported.views[1].found_centre_px) == pytest.approx(detected.centre_px)
     assert tuple(imported.views[1].outline_px)[:2] == pytest.approx(detected.centre_px)
     assert imported.views[1].found_rms_px == pytest.approx(detected.rms_px, rel=1e-5)

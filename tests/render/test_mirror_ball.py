@@ -8,7 +8,7 @@ import pytest
 from spectral_probe.geometry.ball import fit_ball, reflect
 from spectral_probe.geometry.camera import pixel_rays
 from spectral_probe.geometry.frames import camera_to_world
-from spectral_probe.geometry.outline import detect_outline
+from spectral_probe.geometry.outline import find_ball
 from spectral_probe.model import Camera
 from spectral_probe.photo.read import read_photograph
 
@@ -148,7 +148,7 @@ def orthographic(pixels_px, outline):
 def test_directions_of_a_ball_rendered_in_a_checkerboard(scene, tmp_path, distance, record_property):
     camera = mirrored_ball(scene, distance)
     picture = photograph(scene, tmp_path / "ball.exr")
-    outline = detect_outline(picture)
+    outline = find_ball([picture]).outlines[0]
     ball = fit_ball(camera, outline, 1.0)
     columns, rows = np.meshgrid(np.arange(SIZE_PX) + 0.5, np.arange(SIZE_PX) + 0.5)
     places = np.stack([columns, rows], axis=-1)

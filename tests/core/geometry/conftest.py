@@ -11,7 +11,8 @@ from spectral_probe.geometry.ball import reflect
 from spectral_probe.geometry.camera import pixel_rays
 from spectral_probe.geometry.frames import camera_to_world, direction_to_equirectangular
 from spectral_probe.geometry.registration import PlacedView
-from spectral_probe.geometry.sphere import blurred, padded
+from spectral_probe.geometry.sphere import blurred, padded, resized
+from spectral_probe.geometry.stitch import Blend, doubts, view_score
 from spectral_probe.model import BallFit, Camera, RadianceImage
 
 SIZE_PX = 320
@@ -63,6 +64,22 @@ class Surroundings:
         """A view from (azimuth, elevation, roll) in degrees, whose stated angles are wrong by `error`."""
         stated = camera_to_world(*np.add(angles, error))
         return PlacedView(self.photograph(camera_to_world(*angles), change), CAMERA, BALL, stated, refine)
+
+
+@pytest.fixture(scope="session")
+def view_shares():
+    """A function of views and a composition: the share (V, H, W) that `Blend` gives each view in every direction."""
+
+    def shares(views, composition="blend"):
+        height, width = views[0].seen.shape
+        blend = Blend(height, width, len(views))
+        for number, (view, doubt) in enumerate(zip(views, doubts(views), strict=True)):
+            alone = np.zeros((height, width, len(views)), np.float32)
+            alone[..., number] = 1.0
+            blend.add(slice(0, height), alone, view_score(view, resized(doubt, width), 1.0, composition))
+        return np.moveaxis(blend.mean(), -1, 0)
+
+    return shares
 
 
 @pytest.fixture(scope="session")

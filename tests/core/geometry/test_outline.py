@@ -13,8 +13,6 @@ from spectral_probe.geometry.ball import fit_ball
 from spectral_probe.geometry.ellipse import Ellipse
 from spectral_probe.geometry.outline import (
     check_in_frame,
-    detect_outline,
-    detect_outlines,
     find_ball,
     outline_from_circle,
 )
@@ -90,11 +88,16 @@ def distances(outline, points):
     return np.hypot(*offset.T) - ellipse.radius_at(np.arctan2(offset[:, 1], offset[:, 0]))
 
 
+def detected(photograph):
+    """The outline of the ball in one photograph."""
+    return find_ball([photograph]).outlines[0]
+
+
 @pytest.mark.parametrize("seed", [0, 2, 5])
 def test_simulated_ball_to_half_a_pixel(seed):
     size, focal, centre = (420, 400), 1500.0, (0.013, -0.008, 0.6)
     photograph = shoot(render(size, focal, centre, seed=seed), 0.5)
-    outline = detect_outline(photograph)
+    outline = detected(photograph)
     error = distances(outline, true_points(focal, size, centre))
     # A step in place of the cusp is out by 0.7 px and more; walls' edges close to the rim leave some of it.
     assert np.abs(error).max() < 0.6
@@ -102,7 +105,7 @@ def test_simulated_ball_to_half_a_pixel(seed):
 
 def test_points_agree_with_the_ellipse():
     size, focal, centre = (420, 400), 1500.0, (0.0, 0.0, 0.6)
-    outline = detect_outline(shoot(render(size, focal, centre), 0.5))
+    outline = detected(shoot(render(size, focal, centre), 0.5))
     # An unweighted fit to the points must give the outline: they are drawn in by their weight.
     offset = outline.points_px - np.array(outline.centre_px)
     angle = np.arctan2(offset[:, 1], offset[:, 0])
@@ -114,7 +117,7 @@ def test_points_agree_with_the_ellipse():
 def test_wide_angle_outline_is_an_ellipse():
     # 17 degrees off the axis the outline is 4 % longer than wide.
     size, focal, centre = (700, 500), 700.0, (0.09, 0.02, 0.3)
-    outline = detect_outline(shoot(render(size, focal, centre, supersample=3), 0.5))
+    outline = detected(shoot(render(size, focal, centre, supersample=3), 0.5))
     error = distances(outline, true_points(focal, size, centre))
     assert outline.semi_axes_px[0] / outline.semi_axes_px[1] > 1.02
     assert np.abs(error).max() < 2.0
@@ -124,7 +127,7 @@ def test_wide_angle_outline_is_an_ellipse():
 def test_the_ring_that_the_wall_behind_makes_is_not_the_outline(seed):
     # A camera square to a wall: its four edges are reflected as a strong circle of 0.93 radii.
     size, focal, centre = (420, 400), 1500.0, (0.013, -0.008, 0.6)
-    outline = detect_outline(shoot(render(size, focal, centre, seed=seed, turned=False), 0.5))
+    outline = detected(shoot(render(size, focal, centre, seed=seed, turned=False), 0.5))
     assert np.abs(distances(outline, true_points(focal, size, centre))).max() < 0.5
 
 
@@ -137,7 +140,7 @@ def test_stand_and_reflections_do_not_matter():
     cv2.circle(
         radiance, (210, 200), 60, (0.05, 0.05, 0.06), -1
     )  # a round thing reflected, concentric or nearly
-    outline = detect_outline(shoot(radiance, 0.5))
+    outline = detected(shoot(radiance, 0.5))
     visible = truth[:, 1] < bottom - 14
     assert np.abs(distances(outline, truth[visible])).max() < 1.0
 
@@ -146,7 +149,7 @@ def test_a_bracket_helps_out_where_one_photograph_shows_nothing():
     size, focal, centre = (420, 400), 1500.0, (0.004, 0.006, 0.6)
     radiance = render(size, focal, centre, seed=2)
     bracket = [shoot(radiance, exposure, seed=9) for exposure in (40.0, 0.4, 0.01)]  # white, right, black
-    outlines = detect_outlines(bracket)
+    outlines = find_ball(bracket).outlines
     assert len(outlines) == 3
     for outline in outlines:
         # Alone, the first and the last show no ball at all; the second reaches 0.5 px.
@@ -159,7 +162,7 @@ def test_display_referred_jpeg(tmp_path):
     table = srgb_to_linear(np.arange(256) / 255.0)
     codes = np.searchsorted(table, radiance).clip(0, 255).astype(np.uint8)
     cv2.imwrite(str(tmp_path / "ball.jpg"), codes[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
-    outline = detect_outline(read_photograph(tmp_path / "ball.jpg"))
+    outline = detected(read_photograph(tmp_path / "ball.jpg"))
     error = distances(outline, true_points(focal, size, centre))
     # A step is fitted to developed pictures; a clean simulated mirror has a cusp, 0.7 px further out.
     assert np.abs(error).max() < 1.5
@@ -179,7 +182,7 @@ def test_a_ball_cut_by_the_frame_is_refused(edge, cut):
     with pytest.raises(
         OutlineError, match=f"^The ball touches the {edge} edge of the frame. Photograph it whole"
     ):
-        detect_outline(shoot(np.ascontiguousarray(radiance[cut]), 0.5))
+        find_ball([shoot(np.ascontiguousarray(radiance[cut]), 0.5)])
 
 
 def test_no_ball_is_said_in_one_line():
@@ -187,10 +190,10 @@ def test_no_ball_is_said_in_one_line():
     rays = np.stack([(columns - 200) / 300, (rows - 150) / 300, np.ones((300, 400))], -1)
     photograph = shoot(world(rays / np.linalg.norm(rays, axis=-1, keepdims=True)), 0.5)
     with pytest.raises(OutlineError, match=r"No mirrored ball was found in ball\.dng") as error:
-        detect_outline(photograph)
+        find_ball([photograph])
     assert "\n" not in str(error.value)
     with pytest.raises(OutlineError):
-        detect_outlines([])
+        find_ball([])
 
 
 @pytest.fixture(scope="module")
@@ -266,7 +269,7 @@ def test_given_circles():
 @pytest.mark.parametrize("view", [0, 1, 2])
 def test_gym_views(shared_dir, view):
     bracket = [read_photograph(shared_dir / f"captures/gym/view{view}_{i}.dng") for i in range(5)]
-    outline = detect_outline(bracket)
+    outline = find_ball(bracket).outlines[0]
     radius = 5720.267 * np.tan(np.arcsin(0.05 / 0.8))
     assert np.abs(np.array(outline.centre_px) - 400.0).max() < 0.15
     assert abs(sum(outline.semi_axes_px) / 2 - radius) < 0.15
@@ -298,12 +301,12 @@ def assert_near(outline, circle, share=0.01):
     ],
 )
 def test_real_photographs(shared_dir, name):
-    assert_near(detect_outline(read_photograph(shared_dir / "photos" / name)), hand_circles(shared_dir)[name])
+    assert_near(detected(read_photograph(shared_dir / "photos" / name)), hand_circles(shared_dir)[name])
 
 
 def test_real_bracket_of_crops_of_different_sizes(shared_dir):
     names = [f"bracket_a6000_office/cp_t{t}.jpg" for t in (20, 320, 1250, 3200)]  # t20 shows hardly any rim
-    outlines = detect_outlines([read_photograph(shared_dir / "photos" / name) for name in names])
+    outlines = find_ball([read_photograph(shared_dir / "photos" / name) for name in names]).outlines
     circles = hand_circles(shared_dir)
     for outline, name in list(zip(outlines, names, strict=True))[1:]:
         assert_near(outline, circles[name])
@@ -312,7 +315,7 @@ def test_real_bracket_of_crops_of_different_sizes(shared_dir):
 
 def test_real_tripod_bracket(shared_dir):
     folder = shared_dir / "photos/bracket_a6400_livingroom"
-    outlines = detect_outlines([read_photograph(folder / f"raw{i}.jpg") for i in (1, 2, 3)])
+    outlines = find_ball([read_photograph(folder / f"raw{i}.jpg") for i in (1, 2, 3)]).outlines
     assert_near(outlines[0], (755.6, 549.5, 72.5))
 
 
@@ -327,7 +330,7 @@ def test_real_tripod_bracket(shared_dir):
 )
 def test_rooms_without_a_ball(shared_dir, name):
     with pytest.raises(OutlineError, match="No mirrored ball"):
-        detect_outline(read_photograph(shared_dir / "photos" / name))
+        find_ball([read_photograph(shared_dir / "photos" / name)])
 
 
 def test_a_bracket_of_differing_scale_is_refused(one_ball):

@@ -13,7 +13,6 @@ from spectral_probe.geometry.frames import (
 from spectral_probe.geometry.panorama import _PlaceFinder, natural_width, view_panorama
 from spectral_probe.geometry.sampling import sampling
 from spectral_probe.geometry.sphere import fill_unknown
-from spectral_probe.geometry.stitch import view_weights
 from spectral_probe.model import BallFit, Camera, RadianceImage
 
 CAMERA = Camera((2000.0, 2000.0), (205.0, 196.0), (400, 400))
@@ -143,12 +142,12 @@ def test_the_blind_cone_is_not_seen():
     assert view.seen[behind < np.cos(BALL.cone_angle_rad + np.radians(5))].all()
 
 
-def test_views_fill_in_for_each_other():
+def test_views_fill_in_for_each_other(view_shares):
     views = []
     for azimuth in (0, 120, 240):
         rotation = camera_to_world(azimuth)
         views.append(view_panorama(photograph_of(smooth_world, rotation), CAMERA, BALL, rotation, 128))
-    shares = view_weights(views)
+    shares = view_shares(views)
     assert np.allclose(shares.sum(0), 1, atol=1e-5)
     directions = panorama_directions(64, 128)
     for view, share in zip(views, shares, strict=True):
@@ -159,7 +158,7 @@ def test_views_fill_in_for_each_other():
     assert np.abs(merged - smooth_world(directions)).max() < 0.02
 
 
-def test_what_one_view_alone_shows_is_left_out():
+def test_what_one_view_alone_shows_is_left_out(view_shares):
     """A dark figure beside the camera, wider than the camera's own reflection, is in one view of three."""
     figure = bearing_to_direction(160.0, -10.0)  # seen by the view from there, whose camera is at bearing 180
     views = []
@@ -176,19 +175,17 @@ def test_what_one_view_alone_shows_is_left_out():
 
         views.append(view_panorama(photograph_of(world, rotation), CAMERA, BALL, rotation, 128))
     merged = sum(
-        share[..., None] * view.responses for view, share in zip(views, view_weights(views), strict=True)
+        share[..., None] * view.responses for view, share in zip(views, view_shares(views), strict=True)
     )
     directions = panorama_directions(64, 128)
     inside = directions @ figure > np.cos(np.radians(9))
     assert np.abs(merged - smooth_world(directions))[inside].max() < 0.1
     pair = views[:2]  # of two that disagree, the one is believed that does not look at its own camera there
-    kept = sum(
-        share[..., None] * view.responses for view, share in zip(pair, view_weights(pair), strict=True)
-    )
+    kept = sum(share[..., None] * view.responses for view, share in zip(pair, view_shares(pair), strict=True))
     assert np.abs(kept - smooth_world(directions))[inside].max() < 0.1
 
 
-def test_a_lamp_that_only_one_view_has_unclipped_is_kept():
+def test_a_lamp_that_only_one_view_has_unclipped_is_kept(view_shares):
     """Two views clip the lamp and hold less than its radiance; agreeing in that, they must not outvote the third."""
     lamp = bearing_to_direction(30.0, 50.0)
     views = []
@@ -203,7 +200,7 @@ def test_a_lamp_that_only_one_view_has_unclipped_is_kept():
         image.valid[(image.radiance[..., 0] > 9) & (level == 1.0)] = False
         views.append(view_panorama(image, CAMERA, BALL, rotation, 128))
     merged = sum(
-        share[..., None] * view.responses for view, share in zip(views, view_weights(views), strict=True)
+        share[..., None] * view.responses for view, share in zip(views, view_shares(views), strict=True)
     )
     inside = (panorama_directions(64, 128) @ lamp > np.cos(np.radians(6))) & views[0].valid
     assert inside.any()

@@ -5,7 +5,7 @@ import pytest
 
 from spectral_probe.geometry.bundle import angle_between
 from spectral_probe.geometry.frames import camera_to_world, view_angles
-from spectral_probe.geometry.registration import register_views
+from spectral_probe.geometry.registration import register_views, register_with_partners
 
 THREE = [(0, 0, 0), (120, 5, -2), (240, -4, 1)]
 
@@ -115,3 +115,27 @@ def test_black_views_are_told_not_to_fit(surroundings):
     assert errors_deg(found, THREE[:2]).max() < 1e-6
     assert len(found.warnings) == 1
     assert all(np.isfinite(view.gain).all() for view in found.views)
+
+
+def test_views_through_filters_follow_their_partners(surroundings):
+    """Green and dark, they would be no match; they take the rotation and the gain of their partners, whatever the order."""
+    world = surroundings()
+
+    def green(_, radiance):
+        return radiance * np.array([0.02, 0.4, 0.01])
+
+    errors = [(0, 0, 0), (3, 1, 0), (-2, 0, 1)]
+    views = [world.view(true, error) for true, error in zip(THREE, errors, strict=True)]
+    filtered = world.view(THREE[1], errors[1], change=green)
+    alone = register_views(views)
+    together = register_with_partners([filtered, *views], [2, 1, 2, 3])
+    for one, other in zip(together.views, [alone.views[1], *alone.views], strict=True):
+        assert np.array_equal(one.rotation, other.rotation)
+        assert np.array_equal(one.gain, other.gain)
+
+
+def test_warnings_name_a_view_by_its_place_among_all(surroundings):
+    same = surroundings().view(THREE[0])
+    found = register_with_partners([same, same, surroundings(seed=11).view(THREE[1], (3, 0, 0))], [0, 0, 2])
+    assert [view.registered for view in found.views] == [True, True, False]
+    assert found.warnings[0].startswith("View 3 ")

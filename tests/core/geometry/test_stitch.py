@@ -10,7 +10,7 @@ from spectral_probe.geometry.frames import (
 )
 from spectral_probe.geometry.panorama import view_panorama
 from spectral_probe.geometry.sphere import blurred, fill_unknown, padded, resized
-from spectral_probe.geometry.stitch import Blend, doubts, view_score, view_weights
+from spectral_probe.geometry.stitch import Blend, doubts, view_score
 
 WIDTH, HEIGHT = 256, 128
 ARRANGEMENTS = {
@@ -79,8 +79,8 @@ def test_the_surroundings_come_back(arranged, truth, arrangement, composition):
     assert energy[0] == pytest.approx(energy[1], rel=0.02)
 
 
-def test_the_plain_cut_is_sixty_degrees_to_each_side(arranged):
-    shares = view_weights(arranged("three"), "cut")
+def test_the_plain_cut_is_sixty_degrees_to_each_side(arranged, view_shares):
+    shares = view_shares(arranged("three"), "cut")
     directions = panorama_directions(HEIGHT, WIDTH)
     bearing = np.degrees(np.arctan2(directions[..., 0], directions[..., 1]))
     for (azimuth, _, _), share in zip(ARRANGEMENTS["three"], shares, strict=True):
@@ -89,12 +89,12 @@ def test_the_plain_cut_is_sixty_degrees_to_each_side(arranged):
         assert share[phi > 62].max() < 0.01
 
 
-def test_shares_do_not_depend_on_the_order(arranged):
+def test_shares_do_not_depend_on_the_order(arranged, view_shares):
     views = arranged("three")
     forward, _ = merged(views)
     backward, _ = merged(views[::-1])
     assert np.allclose(forward, backward, rtol=1e-3, atol=1e-4)
-    shares = view_weights(views)
+    shares = view_shares(views)
     at_once = sum(share[..., None] * view.responses for share, view in zip(shares, views, strict=True))
     assert np.allclose(forward, at_once, rtol=1e-3, atol=1e-4)
 
@@ -155,13 +155,13 @@ def test_bright_lamps_neither_ring_nor_smear(surroundings):
     assert energy == pytest.approx(2999 * 2 * np.pi * (1 - np.cos(np.radians(2.0))), rel=0.1)
 
 
-def test_things_that_all_views_see_elsewhere_are_not_torn(surroundings):
+def test_things_that_all_views_see_elsewhere_are_not_torn(surroundings, view_shares):
     """Where no two views agree, none is doubted: shares stay those of the sampling, and so stay smooth."""
     views = [
         unwrapped(surroundings(seed=seed).view(pose))
         for seed, pose in zip((3, 11, 12), ARRANGEMENTS["three"], strict=True)
     ]
-    steepest = np.abs(np.diff(view_weights(views), axis=2)).max(0)
+    steepest = np.abs(np.diff(view_shares(views), axis=2)).max(0)
     calm = np.max([view.facing_rad for view in views], axis=0) < np.radians(140)
     assert np.percentile(steepest[calm[:, 1:]], 95) < 0.3
 

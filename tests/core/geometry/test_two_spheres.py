@@ -35,7 +35,7 @@ import pytest
 
 from spectral_probe.geometry.ball import fit_ball, reflect
 from spectral_probe.geometry.camera import pixel_rays
-from spectral_probe.geometry.outline import detect_outline
+from spectral_probe.geometry.outline import find_ball
 from spectral_probe.model import BallFit, Camera, Outline
 from spectral_probe.photo.read import read_photograph
 
@@ -84,7 +84,7 @@ def read_sphere(folder: Path, number: int) -> Sphere:
     return Sphere(
         np.array([left - 1, HEIGHT_PX - top]),
         (int(right - left + 1), int(top - bottom + 1)),
-        detect_outline(read_photograph(probe / "ref.JPG")),
+        find_ball([read_photograph(probe / "ref.JPG")]).outlines[0],
         np.array([highlight(probe / f"Image_{lamp:02d}.JPG") for lamp in range(1, LAMPS + 1)]),
         np.loadtxt(probe / "light_directions.txt").T * [1, -1, -1],
     )
