@@ -16,6 +16,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from . import region_properties
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
     SPECTRAL_PROBE_PG_probe,
@@ -299,6 +300,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
     spectrum: PointerProperty(type=SPECTRAL_PROBE_PG_spectrum)
+    region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
+    edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
 
     plan: EnumProperty(
         name="Passes",
@@ -372,6 +375,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_comparison,
         SPECTRAL_PROBE_PG_spectrum,
+        *region_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_progress,

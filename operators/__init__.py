@@ -3,6 +3,8 @@
 import bpy
 
 from . import command_line
+from .add_glass import SPECTRAL_PROBE_OT_add_glass
+from .add_mask import SPECTRAL_PROBE_OT_add_mask
 from .add_object import SPECTRAL_PROBE_OT_add_object
 from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
 from .build_probe import SPECTRAL_PROBE_OT_build_probe
@@ -11,7 +13,9 @@ from .compare import SPECTRAL_PROBE_OT_compare
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
+from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
 from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
+from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
 from .show_basis import SPECTRAL_PROBE_OT_show_basis
 from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
@@ -32,6 +36,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_show_basis,
         SPECTRAL_PROBE_OT_show_sensitivities,
         SPECTRAL_PROBE_OT_show_confidence,
+        SPECTRAL_PROBE_OT_add_glass,
+        SPECTRAL_PROBE_OT_replace_lamp,
+        SPECTRAL_PROBE_OT_remove_edit,
+        SPECTRAL_PROBE_OT_add_mask,
         SPECTRAL_PROBE_OT_light_world,
         SPECTRAL_PROBE_OT_add_object,
         SPECTRAL_PROBE_OT_render_spectral,

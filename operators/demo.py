@@ -25,7 +25,8 @@ def demo(directory: Path) -> Job[Numbers]:
     Leaves in the folder: probe/ (the panorama), spectra/ (a lamp and a window against the truth), render/ (the spectral
     image and its RGB twin), comparison/ (dE2000 map, xy diagram, numbers) and sheet.png with all of it.
     """
-    from ..spectral_probe.commands import check_folder, probe
+    from ..spectral_probe.commands import probe
+    from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.files.probe_exr import read_probe
 
     truth = _truth()

@@ -33,6 +33,13 @@ def folder_of(text: str, name: str) -> Path:
     return Path(bpy.path.abspath(text))
 
 
+def probe_folder(settings: bpy.types.PropertyGroup) -> Path:
+    """Folder of the probe's files that light the scene: as built, or edited where there are glasses and lamps."""
+    folder, edits = Path(bpy.path.abspath(settings.probe_directory)), settings.edits
+    edited = edits.state and edits.probe_directory == settings.probe_directory
+    return folder / "edits" / edits.state if edited else folder
+
+
 def capture_from(settings: bpy.types.PropertyGroup) -> Capture:
     """The capture that the settings of a scene describe.
 
@@ -66,7 +73,7 @@ def fill(settings: bpy.types.PropertyGroup, capture: Capture, path: Path) -> Non
     settings.composition = capture.composition
     settings.views.clear()
     settings.active_view = 0
-    for result in ("probe", "render", "comparison"):
+    for result in ("probe", "edits", "render", "comparison"):
         settings.property_unset(result)
     if not bpy.data.filepath:  # nothing to be relative to yet: beside the capture, then
         settings.probe_directory = str(path.parent / "probe")

@@ -9,6 +9,7 @@ from .capture import (
     SPECTRAL_PROBE_PT_lamps,
     SPECTRAL_PROBE_PT_photographs,
 )
+from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
 from .lists import SPECTRAL_PROBE_UL_photos, SPECTRAL_PROBE_UL_views
 from .main import SPECTRAL_PROBE_PT_main
 from .material import SPECTRAL_PROBE_PT_material
@@ -20,6 +21,7 @@ register, unregister = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PROBE_UL_views,
         SPECTRAL_PROBE_UL_photos,
+        SPECTRAL_PROBE_UL_edits,
         SPECTRAL_PROBE_PT_main,
         SPECTRAL_PROBE_PT_capture,
         SPECTRAL_PROBE_PT_photographs,
@@ -28,6 +30,7 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_ball,
         SPECTRAL_PROBE_PT_probe,
         SPECTRAL_PROBE_PT_plots,
+        SPECTRAL_PROBE_PT_edits,
         SPECTRAL_PROBE_PT_world,
         SPECTRAL_PROBE_PT_objects,
         SPECTRAL_PROBE_PT_render,

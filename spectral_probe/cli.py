@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from . import cli_filter
 from .errors import SpectralProbeError
 from .model import Job, Progress
 
@@ -54,6 +55,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         "calibrate": _calibrate,
         "probe": _probe,
         "spectrum": _spectrum,
+        "filter": cli_filter.run,
         "compare": _compare,
         **(blender_verbs or {}),
     }
@@ -145,6 +147,8 @@ def _parser() -> argparse.ArgumentParser:
             "spectrum out/probe.exr --at 30,45 --measured lamp.csv",
         )
     )
+
+    cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
 
     render = verb(
         "render",

@@ -18,10 +18,11 @@ from .files.region_json import read_region
 from .files.spectrum_csv import read_spectrum_csv
 from .geometry.frames import bearing_to_direction, panorama_directions, panorama_solid_angles
 from .model import BoolArray, FloatArray, Job, Progress, SpectralPanorama
+from .spectra.edits import edited_confidence
 from .spectra.grid import WAVELENGTHS_NM, resample
 from .spectra.metrics import SpectrumComparison, compare_spectra, light_numbers, scaled_to_energy
 from .spectra.recovery import error_of_confidence
-from .spectra.regions import region_mask
+from .spectra.regions import mean_spectrum, region_mask
 
 type Numbers = dict[str, Any]
 
@@ -109,10 +110,10 @@ def spectrum_at(
             f"No view saw the direction {azimuth_deg:g},{elevation_deg:g} unclipped. Choose another, or photograph it "
             "from another side or with a shorter exposure."
         )
-    return mean_spectrum(panorama, disc)
+    return region_spectrum(panorama, disc)
 
 
-def mean_spectrum(panorama: SpectralPanorama, chosen: BoolArray) -> DirectionSpectrum:
+def region_spectrum(panorama: SpectralPanorama, chosen: BoolArray) -> DirectionSpectrum:
     """Mean spectrum over the texels of a mask (H, W) that a view saw, weighted by their solid angles.
 
     Raises
@@ -126,21 +127,17 @@ def mean_spectrum(panorama: SpectralPanorama, chosen: BoolArray) -> DirectionSpe
         raise FileFormatError("No view saw any of the region unclipped. Choose another.")
     solid_angles = np.broadcast_to(panorama_solid_angles(height, width), (height, width))[chosen]
     shares = solid_angles / solid_angles.sum()
-    index, weights = panorama.basis_index[chosen], panorama.weights[chosen]
-    by_basis = {number: index == number for number in np.unique(index)}
-    spectrum = sum(
-        (shares[uses] @ weights[uses]) @ panorama.bases[number] for number, uses in by_basis.items()
-    )
-    usual = max(by_basis, key=lambda number: shares[by_basis[number]].sum())
-    confidence = float(shares @ panorama.confidence[chosen])
+    spectrum = mean_spectrum(panorama, chosen)
+    confidence = float(shares @ edited_confidence(panorama)[chosen])
     error = error_of_confidence(confidence) * np.linalg.norm(spectrum) / np.sqrt(len(panorama.wavelengths_nm))
     direction_error = None
     if panorama.direction_error_rad is not None:
         direction_error = float(np.degrees(shares @ panorama.direction_error_rad[chosen]))
+    usual = np.bincount(panorama.basis_index[chosen], weights=shares).argmax()
     basis = panorama.bases[usual]
     return DirectionSpectrum(
         panorama.wavelengths_nm,
-        np.asarray(spectrum),
+        spectrum,
         np.full(len(panorama.wavelengths_nm), error),
         confidence,
         direction_error,
@@ -194,7 +191,7 @@ def spectrum(
         title = f"Light from {at[0]:g}°, elevation {at[1]:g}°".replace("-", "\N{MINUS SIGN}")
         where: Numbers = {"azimuth_deg": at[0], "elevation_deg": at[1]}
     elif region_path is not None and at is None:
-        found = mean_spectrum(panorama, region_mask(read_region(region_path), panorama))
+        found = region_spectrum(panorama, region_mask(read_region(region_path), panorama))
         name, title = region_path.stem, f"Light of the region {region_path.stem}"
         where = {"region": str(region_path), "solid_angle_sr": found.solid_angle_sr}
     else:

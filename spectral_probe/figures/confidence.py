@@ -9,6 +9,7 @@ import matplotlib as mpl
 import numpy as np
 
 from ..model import FloatArray, SpectralPanorama
+from ..spectra.edits import edited_confidence
 from .display import Picture
 from .style import SOFT_INK, axes_at, hatching, house_style, new_figure
 
@@ -24,7 +25,7 @@ _SMALLEST_PX = 640  # width: below it the scale's letters would not fit
 
 
 def confidence_preview(panorama: SpectralPanorama, *, max_width_px: int = 2048) -> Picture:
-    """The confidence of a panorama as sRGB pixels: equirectangular, with a scale below.
+    """The confidence of a panorama, with its edits, as sRGB pixels: equirectangular, with a scale below.
 
     The scale is even in the odds c / (1 - c), on which a confidence of 0.99 is as far from 0.9 as that is from 0.5: what is
     worth telling apart lies near 1.
@@ -42,7 +43,7 @@ def confidence_preview(panorama: SpectralPanorama, *, max_width_px: int = 2048) 
         (H' + scale, W', 3) uint8. Directions that no view saw are hatched grey.
     """
     valid = panorama.valid
-    confidence = np.where(valid, np.clip(np.nan_to_num(panorama.confidence), 0.0, 1.0), 0.0).astype(
+    confidence = np.where(valid, np.clip(np.nan_to_num(edited_confidence(panorama)), 0.0, 1.0), 0.0).astype(
         np.float32
     )
     height, width = valid.shape

@@ -55,11 +55,12 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
         raise FileFormatError(f"{path.name} is not an OpenEXR image.")
     try:
         file = OpenEXR.File(str(path), separate_channels=True)
-    except RuntimeError as problem:
+        channels, header = file.channels(), file.header()
+    except (RuntimeError, ValueError) as problem:  # ValueError: a part of which nothing could be read
         raise FileFormatError(
             f"{path.name} cannot be read as OpenEXR ({problem}). It may be cut short."
         ) from None
-    return {name: channel.pixels for name, channel in file.channels().items()}, dict(file.header())
+    return {name: channel.pixels for name, channel in channels.items()}, dict(header)
 
 
 def write_rgb(

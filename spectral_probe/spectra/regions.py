@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..errors import FileFormatError, SpectralDataError
 from ..geometry.frames import bearing_to_direction, panorama_solid_angles
-from ..model import BoolArray, Region, SpectralPanorama
+from ..model import BoolArray, FloatArray, Region, SpectralPanorama
 from .colorimetry import panorama_xyz
 from .growing import grown_region
 
@@ -47,24 +47,50 @@ def region_mask(region: Region, panorama: SpectralPanorama) -> BoolArray:
     """
     check_region(region)
     height, width = panorama.valid.shape
-    seen = seen_texels(panorama)
     if region.polygon_deg is not None:
         mask = polygon_mask(region.polygon_deg, height, width)
     elif region.mask is not None:
         mask = read_mask(region.mask, height, width)
     else:
-        mask = grown_region(panorama, seen, *_seed(region))
+        mask = grown_region(panorama, seen_texels(panorama), *_seed(region))
+    return checked_mask(mask, panorama, describe(region))
+
+
+def checked_mask(mask: BoolArray, panorama: SpectralPanorama, where: str) -> BoolArray:
+    """A mask (H, W), refused where there is nothing in it to be changed; `where` says it in words.
+
+    Raises
+    ------
+    SpectralDataError
+        If no texel is selected, or only such that no view saw, or only black ones.
+    """
     if not mask.any():
-        raise SpectralDataError(f"The region ({describe(region)}) selects nothing. Make it larger.")
-    if not (mask & seen).any():
+        raise SpectralDataError(f"The region ({where}) selects nothing. Make it larger.")
+    if not (mask & seen_texels(panorama)).any():
         raise SpectralDataError(
-            f"The region ({describe(region)}) holds only directions that no view saw. Choose another."
+            f"The region ({where}) holds only directions that no view saw. Choose another."
         )
     if not (panorama_xyz(panorama)[mask][:, 1] > 0).any():
-        raise SpectralDataError(
-            f"The region ({describe(region)}) is black: there is no light in it to change."
-        )
+        raise SpectralDataError(f"The region ({where}) is black: there is no light in it to change.")
     return mask
+
+
+def mean_spectrum(panorama: SpectralPanorama, mask: BoolArray) -> FloatArray:
+    """Mean spectrum (L,) of some texels (H, W) of a panorama, by solid angle; no texel's spectrum is ever formed.
+
+    Examples
+    --------
+    >>> one, first = np.ones((1, 2), np.float32), np.zeros((1, 2), np.uint8)
+    >>> panorama = SpectralPanorama(one[..., None], np.full((1, 1, 3), 2.0), first, np.arange(3.0), one > 0, one)
+    >>> mean_spectrum(panorama, one > 0).tolist()
+    [2.0, 2.0, 2.0]
+    """
+    solid_angles = np.broadcast_to(panorama_solid_angles(*mask.shape), mask.shape)
+    total = np.zeros(len(panorama.wavelengths_nm))
+    for index, basis in enumerate(panorama.bases):
+        uses = mask & (panorama.basis_index == index)
+        total += (solid_angles[uses] @ panorama.weights[uses]) @ basis
+    return np.asarray(total / solid_angles[mask].sum())
 
 
 def check_region(region: Region) -> None:

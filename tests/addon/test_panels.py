@@ -4,7 +4,7 @@ import bpy
 import pytest
 
 PANELS = (
-    "capture", "photographs", "camera", "ball", "probe", "plots", "lamps", "world", "objects", "render", "compare",
+    "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "world", "objects", "render", "compare",
 )  # fmt: skip
 
 

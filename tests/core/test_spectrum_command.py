@@ -17,8 +17,8 @@ from spectral_probe.spectra.library import planck
 from spectral_probe.spectra.metrics import compare_spectra
 from spectral_probe.spectrum_command import (
     DirectionSpectrum,
-    mean_spectrum,
     numbers_of,
+    region_spectrum,
     spectrum,
     spectrum_at,
     write_sensitivities,
@@ -70,13 +70,13 @@ def test_a_mean_is_weighted_by_solid_angle(panorama):
     chosen = np.zeros((64, 128), bool)
     chosen[4, 10] = chosen[30, 10] = chosen[-1, 10] = True  # one in each basis, and one that no view saw
     zenith, horizon = (float(panorama_solid_angles(64, 128)[row, 0]) for row in (4, 30))
-    found = mean_spectrum(panorama, chosen)
+    found = region_spectrum(panorama, chosen)
     expected = (zenith * LIGHTS[2] + horizon * LIGHTS[1]) / (zenith + horizon)
     np.testing.assert_allclose(found.spectrum, expected, rtol=1e-6)
     assert found.solid_angle_sr == pytest.approx(zenith + horizon)
     assert len(found.basis) == 3  # of the larger part
     with pytest.raises(FileFormatError, match="No view saw any of the region"):
-        mean_spectrum(panorama, ~panorama.valid)
+        region_spectrum(panorama, ~panorama.valid)
 
 
 def test_the_band_is_two_standard_errors_wide_and_not_below_zero():
