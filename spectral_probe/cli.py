@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import cli_filter
+from . import cli_filter, cli_spectrum
 from .errors import SpectralProbeError
 from .model import Job, Progress
 
@@ -28,7 +28,7 @@ BAD_INPUT = 2
 STOPPED = 130
 _BAR_WIDTH = 28
 _LINE_EVERY_S = 10.0
-_LARGEST_WIDTH = 90  # of a blur in pixels, and of a disc in degrees
+_LARGEST_WIDTH = 90  # of a blur, in pixels
 _BLENDER_VERBS = ("demo", "render")
 
 
@@ -54,7 +54,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
     verbs: dict[str, Verb] = {
         "calibrate": _calibrate,
         "probe": _probe,
-        "spectrum": _spectrum,
+        "spectrum": cli_spectrum.run,
         "filter": cli_filter.run,
         "compare": _compare,
         **(blender_verbs or {}),
@@ -140,14 +140,7 @@ def _parser() -> argparse.ArgumentParser:
         "--width", type=int, help="width of the panorama in pixels (default: as fine as the photographs)"
     )
 
-    _spectrum_words(
-        verb(
-            "spectrum",
-            "The spectrum of the light from one direction or region: numbers, CSV and plot.",
-            "spectrum out/probe.exr --at 30,45 --measured lamp.csv",
-        )
-    )
-
+    cli_spectrum.add_words(verb("spectrum", cli_spectrum.TEXT, cli_spectrum.EXAMPLE))
     cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
 
     render = verb(
@@ -179,25 +172,6 @@ def _parser() -> argparse.ArgumentParser:
         "--blur", type=_not_negative, default=0.0, help="Gaussian blur in pixels against noise (default 0)"
     )
     return parser
-
-
-def _spectrum_words(spectrum: argparse.ArgumentParser) -> None:
-    spectrum.add_argument("probe", type=Path, metavar="PROBE.exr", help="a recovered probe")
-    where = spectrum.add_mutually_exclusive_group(required=True)
-    where.add_argument(
-        "--at", type=_bearing, metavar="AZIMUTH,ELEVATION", help="compass bearing and elevation in degrees"
-    )
-    where.add_argument(
-        "--region", type=Path, metavar="REGION.json", help="mean over a region in place of --at"
-    )
-    spectrum.add_argument(
-        "--measured", type=Path, metavar="FILE", help="a measured spectrum to compare with (CSV: nm, value)"
-    )
-    spectrum.add_argument(
-        "--radius", type=_positive, default=0.5, help="degrees about --at to average over (default 0.5)"
-    )
-    spectrum.add_argument("--basis", action="store_true", help="draw the basis functions used there too")
-    _folder(spectrum, required=False, text="folder to write to (default: the probe's)")
 
 
 def _calibrate_words(calibrate: argparse.ArgumentParser) -> None:
@@ -240,18 +214,6 @@ def _folder(
     )
 
 
-def _bearing(text: str) -> tuple[float, float]:
-    try:
-        azimuth, elevation = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f'"{text}" is no bearing such as 30,45') from None
-    if not (-90 <= elevation <= 90 and math.isfinite(azimuth)):
-        raise argparse.ArgumentTypeError(
-            f"{text}: the elevation is not between -90 and 90 degrees, or the bearing no number"
-        )
-    return azimuth % 360.0, elevation
-
-
 def _passes(text: str) -> int | str:
     return text if text == "all" else _count(text)
 
@@ -260,13 +222,6 @@ def _count(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f'"{text}" is no whole number above 0')
     return int(text)
-
-
-def _positive(text: str) -> float:
-    value = _not_negative(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError("the number must be above 0")
-    return value
 
 
 def _length(text: str) -> float:
@@ -328,20 +283,6 @@ def _probe(arguments: argparse.Namespace) -> Job[Numbers]:
     from . import commands
 
     return commands.probe(arguments.capture, arguments.output, arguments.width)
-
-
-def _spectrum(arguments: argparse.Namespace) -> Job[Numbers]:
-    from . import spectrum_command
-
-    return spectrum_command.spectrum(
-        arguments.probe,
-        arguments.at,
-        arguments.measured,
-        arguments.output,
-        arguments.radius,
-        region_path=arguments.region,
-        basis=arguments.basis,
-    )
 
 
 def _compare(arguments: argparse.Namespace) -> Job[Numbers]:
