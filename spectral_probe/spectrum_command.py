@@ -271,6 +271,7 @@ def write_spectrum(stem: Path, found: DirectionSpectrum, measured: FloatArray | 
         nm, estimated, band = WAVELENGTHS_NM, resample(nm, estimated), resample(nm, band)
     csv_path = stem.with_name(f"{stem.name}.csv")
     _write_csv(csv_path, table)
+    *lines, last = comparison_lines(nm, estimated, measured)
     figure = spectrum_figure(
         nm,
         estimated,
@@ -278,7 +279,7 @@ def write_spectrum(stem: Path, found: DirectionSpectrum, measured: FloatArray | 
         band,
         band_label="95 % band",
         title=title,
-        numbers=[*comparison_lines(nm, estimated, measured), _sure(found)],
+        numbers=[*lines, last | _sure(found)],
         families=found.families,
     )
     plot = _save(figure, stem)

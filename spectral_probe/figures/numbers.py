@@ -40,13 +40,13 @@ def spectrum_numbers(
     '1.0000'
     """
     numbers = {}
-    temperature = _kelvin(colour_temperature(estimated, wavelengths_nm))
+    temperature = _kelvin(_cct(wavelengths_nm, estimated))
     if measured is not None:
         numbers["GFC"] = _goodness(float(goodness_of_fit(estimated, measured)))
         numbers["rel. RMSE"] = _percent(float(relative_rmse(estimated, measured)))
         both = (resample(wavelengths_nm, light) for light in (estimated, measured))
         numbers["ΔE₀₀"] = _decimal(float(light_difference(*both)), 1)
-        temperature += f" ({measured_label} {_kelvin(colour_temperature(measured, wavelengths_nm))})"
+        temperature += f" ({measured_label} {_kelvin(_cct(wavelengths_nm, measured))})"
     numbers["CCT"] = temperature
     return numbers
 
@@ -71,23 +71,26 @@ def comparison_lines(
 
 
 def _fit_line(compared: SpectrumComparison) -> dict[str, str]:
+    differences = {
+        "light": compared.de2000_light,
+        "ColorChecker": compared.de2000_colorchecker and compared.de2000_colorchecker[0],
+        "metals": compared.de2000_metals and compared.de2000_metals[0],
+    }
     return {
         "GFC": _goodness(compared.gfc),
         "rel. RMSE": _percent(compared.relative_rmse),
-        "ΔE₀₀ light": _decimal(compared.de2000_light, 1),
-        "ColorChecker": _decimal(compared.de2000_colorchecker and compared.de2000_colorchecker[0], 1),
-        "metals": _decimal(compared.de2000_metals and compared.de2000_metals[0], 1),
+        "ΔE₀₀": ", ".join(f"{name} {_decimal(value, 1)}" for name, value in differences.items()),
     }
 
 
 def _light_line(light: LightNumbers, measured: LightNumbers | None = None) -> dict[str, str]:
     """The numbers of a light, those of the measured one in parentheses."""
 
-    def shown(text: Any) -> str:
-        return str(text(light)) if measured is None else f"{text(light)} ({text(measured)})"
+    def shown(text: Any, word: str = "") -> str:
+        return str(text(light)) if measured is None else f"{text(light)} ({word}{text(measured)})"
 
     return {
-        "CCT": shown(lambda one: "none" if one.cct_kelvin is None else f"{one.cct_kelvin:.0f}{THIN_SPACE}K"),
+        "CCT": shown(lambda one: _kelvin(one.cct_kelvin), "measured "),
         "Duv": shown(lambda one: _decimal(one.duv, 4)),
         "Ra": shown(lambda one: _decimal(one.ra, 0)),
         "Rf": shown(lambda one: _decimal(one.rf, 0)),
@@ -118,8 +121,13 @@ def _decimal(value: float | None, decimals: int) -> str:
     return text.removeprefix("-") if float(text) == 0 else text.replace("-", MINUS)
 
 
-def _kelvin(temperature: tuple[float, float] | None) -> str:
-    return "none" if temperature is None else f"{temperature[0]:.0f}{THIN_SPACE}K"
+def _kelvin(kelvin: float | None) -> str:
+    return "none" if kelvin is None else f"{kelvin:.0f}{THIN_SPACE}K"
+
+
+def _cct(wavelengths_nm: FloatArray, spectrum: FloatArray) -> float | None:
+    found = colour_temperature(spectrum, wavelengths_nm)
+    return None if found is None else found[0]
 
 
 def numbers_line(numbers: Mapping[str, str]) -> str:

@@ -122,7 +122,8 @@ def test_all_numbers_of_a_comparison_stand_in_the_heading():
     for number in (
         "GFC 0.7228",
         "rel. RMSE 69.1%",
-        "CCT 4224K (4000K)",
+        "ΔE₀₀ light 2.1, ColorChecker 3.5, metals 5.0",
+        "CCT 4224K (measured 4000K)",
         "Ra 64 (83)",
         "Rf 70 (80)",
         "Rg 86 (101)",
