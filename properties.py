@@ -25,6 +25,7 @@ from .result_properties import (
     SPECTRAL_PROBE_PG_render,
     folder_path,
 )
+from .spectrum_properties import SPECTRAL_PROBE_PG_spectrum
 
 # Mirrors the lamp families of spectral_probe/spectra/library.py, which is too heavy to import when Blender
 # starts; a test compares the two.
@@ -283,6 +284,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+    spectrum: PointerProperty(type=SPECTRAL_PROBE_PG_spectrum)
     region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
     edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
 
@@ -363,6 +365,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_probe,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_comparison,
+        SPECTRAL_PROBE_PG_spectrum,
         *region_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,

@@ -13,6 +13,7 @@ from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
 from .lists import SPECTRAL_PROBE_UL_photos, SPECTRAL_PROBE_UL_views
 from .main import SPECTRAL_PROBE_PT_main
 from .material import SPECTRAL_PROBE_PT_material
+from .plots import SPECTRAL_PROBE_PT_plots
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
 from .render import SPECTRAL_PROBE_PT_compare, SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
 
@@ -28,6 +29,7 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_lamps,
         SPECTRAL_PROBE_PT_ball,
         SPECTRAL_PROBE_PT_probe,
+        SPECTRAL_PROBE_PT_plots,
         SPECTRAL_PROBE_PT_edits,
         SPECTRAL_PROBE_PT_world,
         SPECTRAL_PROBE_PT_objects,
