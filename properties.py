@@ -16,25 +16,14 @@ from bpy.props import (
     StringProperty,
 )
 
+from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
+from .capture_properties import file_path as _file
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
     SPECTRAL_PROBE_PG_probe,
     SPECTRAL_PROBE_PG_progress,
     SPECTRAL_PROBE_PG_render,
     folder_path,
-)
-
-# Mirrors the lamp families of spectral_probe/spectra/library.py, which is too heavy to import when Blender
-# starts; a test compares the two.
-FAMILIES = (
-    ("incandescent", "Incandescent", "Filament and halogen lamps: smooth spectra, red-heavy"),
-    ("daylight", "Daylight", "Sun and sky, through windows or outdoors"),
-    ("fluorescent-halophosphate", "Fluorescent, Halophosphate", "Older tubes: broad bands and mercury lines"),
-    ("fluorescent-broadband", "Fluorescent, Broadband", "High colour rendering tubes"),
-    ("fluorescent-triband", "Fluorescent, Triband", "Modern tubes and compact lamps: three narrow bands"),
-    ("led-phosphor", "LED, Phosphor", "White LEDs: a blue peak and a broad yellow band"),
-    ("led-rgb", "LED, RGB", "White mixed from red, green and blue LEDs"),
-    ("discharge", "Discharge", "Sodium, mercury and metal halide lamps"),
 )
 
 
@@ -54,13 +43,6 @@ def _metal_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, t
     from .spectral_probe.spectra.metals import METAL_NAMES
 
     return [name for name in METAL_NAMES if typed.lower() in name.lower()]
-
-
-def _file(name: str, description: str) -> object:
-    """Return a file path that may be relative to the .blend."""
-    return StringProperty(
-        name=name, description=description, subtype="FILE_PATH", options={"PATH_SUPPORTS_BLEND_RELATIVE"}
-    )
 
 
 class SPECTRAL_PROBE_PG_photo(bpy.types.PropertyGroup):
@@ -110,6 +92,7 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
         description="Where the exposures stated contradict the pixels, take what the pixels say",
         default=True,
     )
+    filter: filter_file()
     outline_source: EnumProperty(
         name="Outline",
         description="Where the ball's outline in the photographs comes from",
@@ -263,6 +246,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
             ),
         ),
     )
+    known_light: PointerProperty(type=SPECTRAL_PROBE_PG_known_light)
     views: CollectionProperty(type=SPECTRAL_PROBE_PG_view, name="Views")
     active_view: IntProperty(name="Active View", min=0)
     all_views: BoolProperty(
@@ -363,6 +347,7 @@ class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
+        *GROUPS,
         SPECTRAL_PROBE_PG_photo,
         SPECTRAL_PROBE_PG_view,
         SPECTRAL_PROBE_PG_camera,
