@@ -107,3 +107,14 @@ def test_families_of_both_lists_are_the_same(in_extension, settings):
     )
     assert own == all_families
     assert "FL11" in in_extension("capture_properties")._illuminants(None, bpy.context, "fl11")
+
+
+def test_the_ball_is_looked_for_without_the_filter(settings, capture_file):
+    """Photographs through a filter may be too dark to show it; alone, as the active view, they are looked at."""
+    assert ops.import_capture(filepath=str(capture_file)) == {"FINISHED"}
+    settings.views[1].filter = "green"
+    assert ops.detect_ball() == {"FINISHED"}
+    assert [view.has_outline for view in settings.views] == [True, False]
+    settings.active_view, settings.all_views = 1, False
+    assert ops.detect_ball() == {"FINISHED"}
+    assert settings.views[1].has_outline
