@@ -17,6 +17,8 @@ from bpy.props import (
 )
 
 from . import region_properties
+from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
+from .capture_properties import file_path as _file
 from .library_pickers import ball_materials, camera_names, metal_names, reflectance_names
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
@@ -26,26 +28,6 @@ from .result_properties import (
     folder_path,
 )
 from .spectrum_properties import SPECTRAL_PROBE_PG_spectrum
-
-# Mirrors the lamp families of spectral_probe/spectra/library.py, which is too heavy to import when Blender
-# starts; a test compares the two.
-FAMILIES = (
-    ("incandescent", "Incandescent", "Filament and halogen lamps: smooth spectra, red-heavy"),
-    ("daylight", "Daylight", "Sun and sky, through windows or outdoors"),
-    ("fluorescent-halophosphate", "Fluorescent, Halophosphate", "Older tubes: broad bands and mercury lines"),
-    ("fluorescent-broadband", "Fluorescent, Broadband", "High colour rendering tubes"),
-    ("fluorescent-triband", "Fluorescent, Triband", "Modern tubes and compact lamps: three narrow bands"),
-    ("led-phosphor", "LED, Phosphor", "White LEDs: a blue peak and a broad yellow band"),
-    ("led-rgb", "LED, RGB", "White mixed from red, green and blue LEDs"),
-    ("discharge", "Discharge", "Sodium, mercury and metal halide lamps"),
-)
-
-
-def _file(name: str, description: str) -> object:
-    """Return a file path that may be relative to the .blend."""
-    return StringProperty(
-        name=name, description=description, subtype="FILE_PATH", options={"PATH_SUPPORTS_BLEND_RELATIVE"}
-    )
 
 
 class SPECTRAL_PROBE_PG_photo(bpy.types.PropertyGroup):
@@ -95,6 +77,7 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
         description="Where the exposures stated contradict the pixels, take what the pixels say",
         default=True,
     )
+    filter: filter_file()
     outline_source: EnumProperty(
         name="Outline",
         description="Where the ball's outline in the photographs comes from",
@@ -250,6 +233,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
             ),
         ),
     )
+    known_light: PointerProperty(type=SPECTRAL_PROBE_PG_known_light)
     views: CollectionProperty(type=SPECTRAL_PROBE_PG_view, name="Views")
     active_view: IntProperty(name="Active View", min=0)
     all_views: BoolProperty(
@@ -359,6 +343,7 @@ class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
+        *GROUPS,
         SPECTRAL_PROBE_PG_photo,
         SPECTRAL_PROBE_PG_view,
         SPECTRAL_PROBE_PG_camera,

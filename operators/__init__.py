@@ -6,6 +6,8 @@ from . import command_line
 from .add_glass import SPECTRAL_PROBE_OT_add_glass
 from .add_mask import SPECTRAL_PROBE_OT_add_mask
 from .add_object import SPECTRAL_PROBE_OT_add_object
+from .add_own_light import SPECTRAL_PROBE_OT_add_own_light, SPECTRAL_PROBE_OT_remove_own_light
+from .add_region_light import SPECTRAL_PROBE_OT_add_region_light, SPECTRAL_PROBE_OT_remove_region_light
 from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
 from .build_probe import SPECTRAL_PROBE_OT_build_probe
 from .calibrate import SPECTRAL_PROBE_OT_calibrate
@@ -30,6 +32,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_save_capture,
         SPECTRAL_PROBE_OT_add_view,
         SPECTRAL_PROBE_OT_remove_view,
+        SPECTRAL_PROBE_OT_add_own_light,
+        SPECTRAL_PROBE_OT_remove_own_light,
+        SPECTRAL_PROBE_OT_add_region_light,
+        SPECTRAL_PROBE_OT_remove_region_light,
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
         SPECTRAL_PROBE_OT_build_probe,

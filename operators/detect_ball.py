@@ -68,7 +68,9 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
         """Look in every view, or in the active one."""
         settings = context.scene.spectral_probe
         views = dict(enumerate(capture_from(settings).views))
-        if not settings.all_views:
+        if settings.all_views:  # through a filter the ball is where it is without
+            views = {number: view for number, view in views.items() if view.filter is None} or views
+        else:
             views = {settings.active_view: views[settings.active_view]}
         directory = Path(mkdtemp(prefix="outlines_", dir=bpy.app.tempdir))
         return find_outlines(views, directory, half_size=settings.camera.half_size)

@@ -13,13 +13,18 @@ from ..preferences import library_folder
 from ..spectral_probe.errors import CaptureError
 from ..spectral_probe.files.spectrum_file import is_spectrum_file
 from ..spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
+from .settings_light import (
+    calibration_from,
+    families_from,
+    fill_families,
+    fill_known_light,
+    filter_from,
+    own_lights_from,
+    regions_from,
+)
+from .typed import decimal, degrees, path_of
 
 _FRACTION = re.compile(r"\s*([A-Z][a-z]?)\s*[\s=:]\s*([0-9]*\.?[0-9]+)\s*")
-
-
-def path_of(text: str) -> Path | None:
-    """Absolute path of a path property, or None where it is empty."""
-    return Path(bpy.path.abspath(text)) if text else None
 
 
 def folder_of(text: str, name: str) -> Path:
@@ -56,10 +61,13 @@ def capture_from(settings: bpy.types.PropertyGroup) -> Capture:
     return Capture(
         views=tuple(_view_from(view, number) for number, view in enumerate(settings.views, 1)),
         camera=_camera_from(settings.camera),
-        ball=BallSettings(_decimal(settings.ball_radius * scale), material_from(settings.ball_material)),
-        families=("automatic",) if settings.families_automatic else _families_in_order(settings),
+        ball=BallSettings(decimal(settings.ball_radius * scale), material_from(settings.ball_material)),
+        families=families_from(settings),
         method=settings.method,
         composition=settings.composition,
+        spectra=own_lights_from(settings.known_light),
+        regions=regions_from(settings.known_light),
+        calibration=calibration_from(settings.known_light),
     )
 
 
@@ -69,8 +77,8 @@ def fill(settings: bpy.types.PropertyGroup, capture: Capture, path: Path) -> Non
     _fill_camera(settings.camera, capture.camera)
     settings.ball_radius = capture.ball.radius_m / settings.id_data.unit_settings.scale_length
     settings.ball_material = material_text(capture.ball.material)
-    settings.families_automatic = "automatic" in capture.families
-    settings.families = set(capture.families) - {"automatic"}
+    fill_families(settings, capture.families)
+    fill_known_light(settings, capture)
     settings.method = capture.method
     settings.composition = capture.composition
     settings.views.clear()
@@ -109,23 +117,15 @@ def material_text(material: str | Mapping[str, float]) -> str:
     return ", ".join(f"{metal} {fraction:g}" for metal, fraction in material.items())
 
 
-def _families_in_order(settings: bpy.types.PropertyGroup) -> tuple[str, ...]:
-    known = settings.bl_rna.properties["families"].enum_items.keys()
-    families = tuple(family for family in known if family in settings.families)
-    if not families:
-        raise CaptureError("No lamp family is chosen. Choose those that may be present, or Automatic.")
-    return families
-
-
 def _view_from(view: bpy.types.PropertyGroup, number: int) -> ViewSettings:
     photos = tuple(path for photo in view.photos if (path := path_of(photo.path)) is not None)
     if not photos or len(photos) < len(view.photos):
         raise CaptureError(f'View {number} ("{view.name}") lacks a photograph. Add it, or remove the view.')
     return ViewSettings(
         photos=photos,
-        azimuth_deg=_degrees(view.azimuth),
-        elevation_deg=_degrees(view.elevation),
-        roll_deg=_degrees(view.roll),
+        azimuth_deg=degrees(view.azimuth),
+        elevation_deg=degrees(view.elevation),
+        roll_deg=degrees(view.roll),
         refine=view.refine,
         exposures_s=_all_or_none([photo.exposure_s for photo in view.photos], "exposure time", number),
         iso=_all_or_none([photo.iso for photo in view.photos], "ISO speed", number),
@@ -133,6 +133,7 @@ def _view_from(view: bpy.types.PropertyGroup, number: int) -> ViewSettings:
         outline=_given_outline(view, number),
         ball_at=_pair(view.ball_at_px) if view.has_ball_at else None,
         solve_exposures=view.solve_exposures,
+        filter=filter_from(view.filter),
     )
 
 
@@ -143,13 +144,13 @@ def _all_or_none(values: list[float], what: str, number: int) -> tuple[float, ..
         raise CaptureError(
             f"View {number} gives the {what} of some photographs. Give it for all, or for none (EXIF)."
         )
-    return tuple(_decimal(value) for value in values)
+    return tuple(decimal(value) for value in values)
 
 
 def _given_outline(view: bpy.types.PropertyGroup, number: int) -> tuple[float, float, float] | None:
     if view.outline_source == "AUTOMATIC":
         return None
-    x_px, y_px, radius_px = (_decimal(value) for value in view.outline_px)
+    x_px, y_px, radius_px = (decimal(value) for value in view.outline_px)
     if radius_px <= 0:
         raise CaptureError(
             f"The circle of view {number} has no radius. Give it, or set the outline to Automatic."
@@ -165,12 +166,12 @@ def _camera_from(camera: bpy.types.PropertyGroup) -> CameraSettings:
         model=camera.model or None,
         sensitivities=path_of(camera.sensitivities) or _own_camera(camera.model),
         focal_px=_pair(camera.focal_px) if source == "PX" else None,
-        focal_mm=_decimal(camera.focal_mm) if source == "MM" else None,
-        sensor_width_mm=_decimal(camera.sensor_width_mm) or None if source in {"EXIF", "MM"} else None,
+        focal_mm=decimal(camera.focal_mm) if source == "MM" else None,
+        sensor_width_mm=decimal(camera.sensor_width_mm) or None if source in {"EXIF", "MM"} else None,
         calibration=path_of(camera.calibration) if source == "CALIBRATION" else None,
         principal_px=_pair(camera.principal_px) if camera.has_principal else None,
         distortion=tuple(
-            _decimal(value) for value in camera.distortion[: 8 if any(camera.distortion[5:]) else 5]
+            decimal(value) for value in camera.distortion[: 8 if any(camera.distortion[5:]) else 5]
         ),
         half_size=camera.half_size,
     )
@@ -216,6 +217,7 @@ def _fill_view(view: bpy.types.PropertyGroup, given: ViewSettings) -> None:
     view.roll = math.radians(given.roll_deg)
     view.refine = given.refine
     view.solve_exposures = given.solve_exposures
+    view.filter = str(given.filter or "")
     view.has_ball_at = given.ball_at is not None
     view.ball_at_px = given.ball_at or (0.0, 0.0)
     if given.outline is not None:
@@ -224,13 +226,4 @@ def _fill_view(view: bpy.types.PropertyGroup, given: ViewSettings) -> None:
 
 
 def _pair(values: bpy.types.bpy_prop_array) -> tuple[float, float]:
-    return (_decimal(values[0]), _decimal(values[1]))
-
-
-def _decimal(value: float) -> float:
-    """The decimal number a person typed: Blender keeps 32 bits, which hold about seven digits."""
-    return float(f"{value:.7g}")
-
-
-def _degrees(angle_rad: float) -> float:
-    return round(math.degrees(angle_rad), 4)
+    return (decimal(values[0]), decimal(values[1]))

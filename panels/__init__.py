@@ -10,7 +10,13 @@ from .capture import (
     SPECTRAL_PROBE_PT_photographs,
 )
 from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
-from .lists import SPECTRAL_PROBE_UL_photos, SPECTRAL_PROBE_UL_views
+from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
+from .lists import (
+    SPECTRAL_PROBE_UL_own_lights,
+    SPECTRAL_PROBE_UL_photos,
+    SPECTRAL_PROBE_UL_region_lights,
+    SPECTRAL_PROBE_UL_views,
+)
 from .main import SPECTRAL_PROBE_PT_main
 from .material import SPECTRAL_PROBE_PT_material
 from .plots import SPECTRAL_PROBE_PT_plots
@@ -22,11 +28,15 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_UL_views,
         SPECTRAL_PROBE_UL_photos,
         SPECTRAL_PROBE_UL_edits,
+        SPECTRAL_PROBE_UL_own_lights,
+        SPECTRAL_PROBE_UL_region_lights,
         SPECTRAL_PROBE_PT_main,
         SPECTRAL_PROBE_PT_capture,
         SPECTRAL_PROBE_PT_photographs,
         SPECTRAL_PROBE_PT_camera,
         SPECTRAL_PROBE_PT_lamps,
+        SPECTRAL_PROBE_PT_region_lights,
+        SPECTRAL_PROBE_PT_calibration,
         SPECTRAL_PROBE_PT_ball,
         SPECTRAL_PROBE_PT_probe,
         SPECTRAL_PROBE_PT_plots,

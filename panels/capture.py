@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import bpy
 
+from .known_light import draw_own_lights
 from .main import InSidebar, job_button, results, row, settings_layout
 
 
@@ -61,7 +62,9 @@ class SPECTRAL_PROBE_PT_photographs(InSidebar, bpy.types.Panel):
         view = settings.views[settings.active_view]
         rows = max(2, min(4, len(view.photos)))
         layout.template_list("SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows)
-        settings_layout(layout).prop(view, "solve_exposures")
+        column = settings_layout(layout)
+        column.prop(view, "solve_exposures")
+        column.prop(view, "filter")
         if view.active_photo < len(view.photos):
             photo = view.photos[view.active_photo]
             column = settings_layout(layout)
@@ -125,6 +128,7 @@ class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
         families = self.layout.column(align=True)
         families.enabled = not settings.families_automatic
         families.prop(settings, "families", expand=True)
+        draw_own_lights(self.layout, settings.known_light)
 
 
 class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):

@@ -51,6 +51,45 @@ class SPECTRAL_PROBE_UL_photos(bpy.types.UIList):
         details.label(text=shutter(photo.exposure_s))
 
 
+class SPECTRAL_PROBE_UL_own_lights(bpy.types.UIList):
+    """One measured lamp a row: its file."""
+
+    def draw_item(
+        self,
+        _context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        _data: bpy.types.AnyType,
+        light: bpy.types.AnyType,
+        _icon: int,
+        _active_data: bpy.types.AnyType,
+        _active_property: str,
+    ) -> None:
+        """Draw one row."""
+        layout.label(text=PurePath(light.path).name or "No file", icon="LIGHT" if light.path else "ERROR")
+
+
+class SPECTRAL_PROBE_UL_region_lights(bpy.types.UIList):
+    """One region a row: its name, and what is known of its light."""
+
+    def draw_item(
+        self,
+        _context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        _data: bpy.types.AnyType,
+        region: bpy.types.AnyType,
+        _icon: int,
+        _active_data: bpy.types.AnyType,
+        _active_property: str,
+    ) -> None:
+        """Draw one row."""
+        row = layout.row(align=True)
+        row.prop(region, "name", text="", emboss=False, icon="SELECT_SET")
+        details = row.row()
+        details.alignment = "RIGHT"
+        details.active = False
+        details.label(text="Measured" if region.light == "SPECTRUM" else "Families")
+
+
 def shutter(exposure_s: float) -> str:
     """An exposure time as photographers write it.
 

@@ -37,6 +37,9 @@ _MARGIN_PX = 12
 _TOUCHED = 0.05
 """How far, in radii, the ball may lie from where it was without the filter: whoever screws one on may touch the tripod."""
 
+_STILL_PX = 1.0
+"""Nearer than this it did not move: a tripod that stood still is likelier than an outline that is exact."""
+
 _AS_WITHOUT = "its outline without the filter is used."
 
 
@@ -162,16 +165,20 @@ def _located(
     try:
         found = find_ball(photographs, settings.ball_at)
     except OutlineError:
-        return _at(
-            partner.outline, photographs, ("Too dark through the filter to find the ball: " + _AS_WITHOUT,)
-        )
-    if _same_ball(found.outlines[0], partner.outline):
-        return found
-    return _at(
-        partner.outline,
-        photographs,
-        ("Through the filter something else seemed to be the ball: " + _AS_WITHOUT,),
+        told = f"Too dark through the filter to find the ball: {_AS_WITHOUT}"
+        return _at(partner.outline, photographs, (told,))
+    moved_px, limit_px = (
+        _moved_px(found.outlines[0], partner.outline),
+        max(partner.outline.semi_axes_px) * _TOUCHED,
     )
+    if moved_px > limit_px:
+        told = f"Through the filter something else seemed to be the ball: {_AS_WITHOUT}"
+        return _at(partner.outline, photographs, (told,))
+    if (
+        moved_px < _STILL_PX
+    ):  # what the two differ by is the error of either, and would tear the channels apart at edges
+        return replace(found, outlines=(partner.outline,) * len(photographs))
+    return found
 
 
 def _at(outline: Outline, photographs: Sequence[Photograph], warnings: tuple[str, ...] = ()) -> FoundBall:
@@ -181,11 +188,10 @@ def _at(outline: Outline, photographs: Sequence[Photograph], warnings: tuple[str
     return FoundBall((outline,) * len(photographs), tuple(shifts), warnings=warnings)
 
 
-def _same_ball(one: Outline, other: Outline) -> bool:
-    """Whether two outlines can be the same ball's, from a tripod that was touched at most."""
-    radius = max(other.semi_axes_px)
+def _moved_px(one: Outline, other: Outline) -> float:
+    """How far the circles of two outlines lie apart at most."""
     apart = np.hypot(*np.subtract(one.centre_px, other.centre_px))
-    return bool(apart < _TOUCHED * radius and abs(max(one.semi_axes_px) / radius - 1.0) < _TOUCHED)
+    return float(apart + abs(max(one.semi_axes_px) - max(other.semi_axes_px)))
 
 
 def _merged(

@@ -4,7 +4,8 @@ import bpy
 import pytest
 
 PANELS = (
-    "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "world", "objects", "render", "compare",
+    "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "region_lights", "calibration", "world",
+    "objects", "render", "compare",
 )  # fmt: skip
 
 
@@ -39,6 +40,11 @@ def filled(settings):
         )
         view.probe_rms_px, view.clipped_fraction = 0.321, 0.015
     settings.capture_path = "/photos/capture.toml"
+    known = settings.known_light
+    known.own_lights.add().path = "/lamps/mine.csv"
+    known.regions.add().name = "Region 1"
+    known.calibration.source = "PATCH"
+    known.calibration.has_ball_patch = True
     settings.probe.width_px, settings.probe.height_px = 1024, 512
     settings.probe.blind_fraction, settings.probe.seconds = 0.0123, 8.25
     shown = settings.spectrum
@@ -66,6 +72,8 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
     [
         ("capture", ["import_capture", "save_capture", "add_view", "remove_view"]),
         ("camera", ["calibrate"]),
+        ("lamps", ["add_own_light", "remove_own_light"]),
+        ("region_lights", ["add_region_light", "remove_region_light"]),
         ("ball", ["detect_ball"]),
         ("probe", ["build_probe"]),
         ("plots", ["show_spectrum", "show_basis", "show_confidence", "show_sensitivities"]),
@@ -139,3 +147,45 @@ def test_the_material_panel_asks_for_what_its_kind_needs(kind, wanted, drawn):
 
 def test_the_material_panel_needs_a_material(drawn):
     assert drawn(panel("material"), material=None) == []
+
+
+def fields(widgets):
+    return {widget["rna"].split(".")[-1].split("[")[0] for widget in widgets if "rna" in widget}
+
+
+@pytest.mark.parametrize(
+    ("source", "light", "shown", "hidden"),
+    [
+        ("NONE", "SPECTRUM", {"source"}, {"illuminant", "patch_px", "reflectance"}),
+        (
+            "PATCH",
+            "ILLUMINANT",
+            {"view", "patch_px", "illuminant", "has_ball_patch"},
+            {"bearing", "absolute"},
+        ),
+        (
+            "BALL",
+            "SPECTRUM",
+            {"bearing", "elevation", "spectrum", "absolute"},
+            {"patch_px", "has_ball_patch"},
+        ),
+    ],
+)
+def test_calibration_asks_for_what_its_light_needs(settings, source, light, shown, hidden, drawn):
+    calibration = settings.known_light.calibration
+    calibration.source, calibration.light = source, light
+    named = fields(drawn(panel("calibration")))
+    assert shown <= named
+    assert not hidden & named
+
+
+@pytest.mark.parametrize(
+    ("place", "field"), [("SEED", "bearing"), ("POLYGON", "polygon_deg"), ("MASK", "mask")]
+)
+@pytest.mark.parametrize(("light", "known"), [("FAMILIES", "families"), ("SPECTRUM", "spectrum")])
+def test_regions_ask_for_their_place_and_light(settings, place, field, light, known, drawn):
+    region = settings.known_light.regions.add()
+    region.place, region.light = place, light
+    named = fields(drawn(panel("region_lights")))
+    assert {field, known} <= named
+    assert not ({"bearing", "polygon_deg", "mask", "families", "spectrum"} - {field, known}) & named

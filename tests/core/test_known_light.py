@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from spectral_probe.errors import CaptureError, SpectralProbeError
+from spectral_probe.files.image_exr import write_rgb
 from spectral_probe.geometry.frames import camera_to_world
 from spectral_probe.geometry.registration import PlacedView, register_views
 from spectral_probe.known_light import calibrated, check_calibration, known_spectrum
@@ -52,6 +53,20 @@ def test_a_grey_card_gives_the_gains(room, tmp_path, gains):
     np.testing.assert_allclose(found.gains, 1 / np.array(gains), rtol=0.005)
     assert found.ball is None
     assert not found.warnings
+
+
+def test_the_patch_follows_a_camera_held_by_hand(room, tmp_path):
+    """The second photograph is 3 pixels off: without following, the patch would take in what is beside the card."""
+    picture = room.photograph()
+    photos = []
+    for number, moved in enumerate((0, 3)):
+        photos.append(tmp_path / f"{number}.exr")
+        write_rgb(photos[-1], np.roll(picture, moved, axis=1))
+    settings = CalibrationSettings(patch_px=(5, 5, 23, 23), illuminant="A", reflectance=0.18)
+    view = ViewSettings(tuple(photos), exposures_s=(1.0, 1.0))
+    patch = measure_view(Capture((view,), room.settings), view, settings.patch_px).patch
+    np.testing.assert_allclose(patch.responses, picture[10, 10], rtol=0.01)
+    assert not patch.uneven
 
 
 def test_a_measured_lamp_gives_the_absolute_scale(room, tmp_path):

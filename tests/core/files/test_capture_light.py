@@ -1,5 +1,7 @@
 """What a capture file says of the light: filters, own lights, regions and calibration."""
 
+import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -148,3 +150,28 @@ def test_a_glass_is_a_name_and_a_file_a_path(write):
     views = load_capture(write(GOOD)).views
     assert isinstance(views[1].filter, Path)
     assert isinstance(views[2].filter, str)
+
+
+def test_the_page_on_capture_files_is_whole_and_true(project_root):
+    """Every key is on the page, and what the page writes is TOML with known keys."""
+    from spectral_probe.files import capture, capture_light
+
+    page = (project_root / "docs" / "capture.md").read_text()
+    blocks = [tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", page, flags=re.DOTALL)]
+    known = {
+        "camera": capture._CAMERA_KEYS,
+        "ball": capture._BALL_KEYS,
+        "light": capture._LIGHT_KEYS,
+        "panorama": capture._PANORAMA_KEYS,
+        "view": capture._VIEW_KEYS,
+        "region": capture_light._REGION_KEYS,
+        "calibration": capture_light._CALIBRATION_KEYS,
+    }
+    for block in blocks:
+        assert set(block) <= set(known)
+        for name, table in block.items():
+            written = set(table[0] if isinstance(table, list) else table)
+            assert written <= set(known[name])
+    for keys in known.values():
+        missing = [key for key in keys if not re.search(rf"^(# )?{key} = ", page, flags=re.MULTILINE)]
+        assert missing == []
