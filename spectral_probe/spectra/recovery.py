@@ -176,6 +176,11 @@ class SpectralRecovery:
             )
         )
 
+    @staticmethod
+    def strangeness(unlikeness: FloatArray) -> FloatArray:
+        """Relative variance, 0..1, of what is hardly of a kind: it may be anything."""
+        return np.asarray(np.maximum(1 - _STRANGE / unlikeness, 0))
+
     def incidence_correction(
         self, reflectances: FloatArray, channels: slice = slice(0, 3)
     ) -> IncidenceCorrection:
@@ -233,8 +238,7 @@ class SpectralRecovery:
         energy = self._squared(responses, self._operator_roots)
         within = np.array([np.trace(estimate.error) for estimate in self.estimates], np.float32)
         unlike = self.unlikeness(responses)
-        strange = np.maximum(1 - _STRANGE / unlike, 0)  # what is of no known kind may be anything
-        spread = (likely * energy * (1 + within * unlike + strange)).sum(-1)
+        spread = (likely * energy * (1 + within * unlike + self.strangeness(unlike))).sum(-1)
         mean = (weights**2).sum(-1)  # the basis is orthonormal
         noise = np.zeros_like(mean)
         if variance is not None:
