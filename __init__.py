@@ -7,15 +7,15 @@ tools that meet this file as the parent of `spectral_probe` (the plain core) nev
 
 def register() -> None:
     """Make the settings, operators and panels known to Blender."""
-    from . import operators, panels, properties
+    from . import operators, panels, preferences, properties
 
-    for part in (properties, operators, panels):
+    for part in (preferences, properties, operators, panels):
         part.register()
 
 
 def unregister() -> None:
     """Take everything back, last first."""
-    from . import operators, panels, properties
+    from . import operators, panels, preferences, properties
 
-    for part in (panels, operators, properties):
+    for part in (panels, operators, properties, preferences):
         part.unregister()

@@ -16,8 +16,10 @@ from bpy.props import (
     StringProperty,
 )
 
+from . import region_properties
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
+from .library_pickers import ball_materials, camera_names, metal_names, reflectance_names
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
     SPECTRAL_PROBE_PG_probe,
@@ -25,24 +27,6 @@ from .result_properties import (
     SPECTRAL_PROBE_PG_render,
     folder_path,
 )
-
-
-def _camera_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.camera import camera_names
-
-    return [name for name in camera_names() if typed.lower() in name.lower()]
-
-
-def _ball_materials(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.metals import BALL_MATERIALS
-
-    return [name for name in BALL_MATERIALS if typed.lower() in name.lower()]
-
-
-def _metal_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.metals import METAL_NAMES
-
-    return [name for name in METAL_NAMES if typed.lower() in name.lower()]
 
 
 class SPECTRAL_PROBE_PG_photo(bpy.types.PropertyGroup):
@@ -148,8 +132,9 @@ class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
 
     model: StringProperty(
         name="Camera",
-        description="Camera whose spectral sensitivities are used. Empty: Rec.709, for JPEG, HDR and EXR",
-        search=_camera_names,
+        description="Camera whose spectral sensitivities are used: one that is known, or of your library folder. "
+        "Empty: Rec.709, for JPEG, HDR and EXR",
+        search=camera_names,
         search_options={"SUGGESTION"},
     )
     sensitivities: _file(
@@ -214,10 +199,10 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     )
     ball_material: StringProperty(
         name="Material",
-        description="What the ball is made of: SUS304, chrome, silver, ideal, or fractions of metals such as "
-        "Fe 0.74, Cr 0.18, Ni 0.08",
+        description="What the ball is made of: SUS304, stainless steel, chrome, silver, aluminium, ideal; fractions of metals "
+        "such as Fe 0.74, Cr 0.18, Ni 0.08; a page of refractiveindex.info; or a file with its measured reflectance (CSV)",
         default="SUS304",
-        search=_ball_materials,
+        search=ball_materials,
         search_options={"SUGGESTION"},
     )
     families: EnumProperty(
@@ -237,8 +222,9 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
             (
                 "family",
                 "Lamp Family",
-                "Best basis for the lamps that may be present and for their light off surfaces",
+                "Non-negative, for the lamps that may be present, seen directly or off surfaces",
             ),
+            ("automatic", "Automatic", "The same for all kinds of lamps: less sure of each"),
             (
                 "paper",
                 "Paper",
@@ -281,6 +267,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+    region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
+    edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
 
     plan: EnumProperty(
         name="Passes",
@@ -337,11 +325,17 @@ class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
         name="Metal",
         description="Metal (Au, Ag, Cu, Al, ...) or a page of refractiveindex.info as shelf/book/page",
         default="Au",
-        search=_metal_names,
+        search=metal_names,
         search_options={"SUGGESTION"},
     )
-    reflectance_path: _file(
-        "Reflectance", "CSV with the columns wavelength_nm,reflectance, covering 400-700 nm"
+    reflectance_path: StringProperty(
+        name="Reflectance",
+        description="A measured surface of the library, or a file with the columns wavelength_nm,reflectance, "
+        "covering 400-700 nm",
+        subtype="FILE_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+        search=reflectance_names,
+        search_options={"SUGGESTION"},
     )
 
 
@@ -354,6 +348,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_probe,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_comparison,
+        *region_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_progress,

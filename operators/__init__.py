@@ -3,6 +3,8 @@
 import bpy
 
 from . import command_line
+from .add_glass import SPECTRAL_PROBE_OT_add_glass
+from .add_mask import SPECTRAL_PROBE_OT_add_mask
 from .add_object import SPECTRAL_PROBE_OT_add_object
 from .add_own_light import SPECTRAL_PROBE_OT_add_own_light, SPECTRAL_PROBE_OT_remove_own_light
 from .add_region_light import SPECTRAL_PROBE_OT_add_region_light, SPECTRAL_PROBE_OT_remove_region_light
@@ -13,8 +15,11 @@ from .compare import SPECTRAL_PROBE_OT_compare
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
+from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
 from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
+from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
+from .seed_from_view import SPECTRAL_PROBE_OT_seed_from_view
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
@@ -30,6 +35,11 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
         SPECTRAL_PROBE_OT_build_probe,
+        SPECTRAL_PROBE_OT_add_glass,
+        SPECTRAL_PROBE_OT_replace_lamp,
+        SPECTRAL_PROBE_OT_remove_edit,
+        SPECTRAL_PROBE_OT_add_mask,
+        SPECTRAL_PROBE_OT_seed_from_view,
         SPECTRAL_PROBE_OT_light_world,
         SPECTRAL_PROBE_OT_add_object,
         SPECTRAL_PROBE_OT_render_spectral,

@@ -7,6 +7,7 @@ from bpy.props import BoolProperty, FloatProperty
 
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import has_probe
+from .settings import probe_folder
 
 
 class SPECTRAL_PROBE_OT_light_world(ReportsErrors, bpy.types.Operator):
@@ -37,7 +38,7 @@ class SPECTRAL_PROBE_OT_light_world(ReportsErrors, bpy.types.Operator):
         """Give the scene a world with the probe's panorama."""
         from .bridge.world import light_world
 
-        path = Path(bpy.path.abspath(context.scene.spectral_probe.probe_directory)) / "world.exr"
+        path = probe_folder(context.scene.spectral_probe) / "world.exr"
         strength = self.strength / mean_luminance(path) if self.normalise else self.strength
         light_world(context.scene, path, rotation_rad=self.rotation, strength=strength)
         self.report({"INFO"}, f"{context.scene.world.name} lights the scene")

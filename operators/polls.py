@@ -6,6 +6,8 @@ from pathlib import Path
 
 import bpy
 
+from .settings import probe_folder
+
 type OperatorClass = type[bpy.types.Operator]
 
 
@@ -19,9 +21,32 @@ def has_views(operator: OperatorClass, context: bpy.types.Context) -> bool:
 
 def has_probe(operator: OperatorClass, context: bpy.types.Context) -> bool:
     """A probe was built, or its folder chosen."""
-    return _has_file(
-        operator, context.scene.spectral_probe.probe_directory, "probe.exr", "Build the probe first"
-    )
+    settings = context.scene.spectral_probe
+    directory = str(probe_folder(settings)) if settings.probe_directory else ""
+    message = "Build the probe first"
+    if settings.probe_directory and probe_folder(settings).parent.name == "edits":
+        message = "The files of the edited light are gone. Build the probe again, or choose its folder"
+    return _has_file(operator, directory, "probe.exr", message)
+
+
+def has_edits(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """The probe has a glass or a lamp that can be taken back."""
+    if context.scene.spectral_probe.edits.items:
+        return True
+    operator.poll_message_set("Add a glass or a lamp first")
+    return False
+
+
+def has_region(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """The region of the panel is given."""
+    region = context.scene.spectral_probe.region
+    if region.kind == "POLYGON" and not region.polygon.strip():
+        operator.poll_message_set("Give the corners of the polygon first")
+        return False
+    if region.kind == "MASK" and region.mask is None:
+        operator.poll_message_set("Choose or make a mask first")
+        return False
+    return True
 
 
 def has_render(operator: OperatorClass, context: bpy.types.Context) -> bool:

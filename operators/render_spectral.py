@@ -12,7 +12,7 @@ from .job import JobOperator
 from .pictures import show
 from .polls import has_probe, uses_cycles
 from .results import keep_render
-from .settings import folder_of
+from .settings import folder_of, probe_folder
 
 if TYPE_CHECKING:
     from .bridge.cycles import SpectralRender
@@ -36,7 +36,7 @@ class SPECTRAL_PROBE_OT_render_spectral(JobOperator, bpy.types.Operator):
 
         settings = context.scene.spectral_probe
         directory = folder_of(settings.render_directory, "render")
-        probe = read_probe(Path(bpy.path.abspath(settings.probe_directory)) / "probe.exr")
+        probe = read_probe(probe_folder(settings) / "probe.exr")
         return spectral_render(
             context.scene,
             probe,

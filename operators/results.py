@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
 if TYPE_CHECKING:
+    from ..spectral_probe.editing import EditedLight
     from .bridge.cycles import SpectralRender
 
 
 def keep_probe(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> None:
-    """Keep the numbers of a probe's report (report.json)."""
+    """Keep the numbers of a probe's report (report.json); a new probe has no edits."""
+    settings.property_unset("edits")
     kept = settings.probe
     kept.directory = settings.probe_directory
     kept.width_px, kept.height_px = report["width"], report["width"] // 2
@@ -24,6 +27,20 @@ def keep_probe(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> 
         view.probe_azimuth = math.radians(row["azimuth_deg"])
         view.probe_rms_px = row["outline_rms_px"]
         view.clipped_fraction = row["clipped_fraction"]
+
+
+def keep_edits(settings: bpy.types.PropertyGroup, light: EditedLight) -> None:
+    """Keep the list of a probe's edits, and which folder holds its light now."""
+    kept = settings.edits
+    kept.items.clear()
+    for number in light.edits:
+        item = kept.items.add()
+        item.name, item.kind, item.region = number["name"], number["kind"], number["region"]
+        item.solid_angle_sr = number["solid_angle_sr"]
+    kept.active_edit = max(0, len(kept.items) - 1)
+    kept.probe_directory = settings.probe_directory
+    as_built = light.directory == Path(bpy.path.abspath(settings.probe_directory))
+    kept.state = "" if as_built else light.directory.name
 
 
 def keep_render(settings: bpy.types.PropertyGroup, result: SpectralRender) -> None:

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import bpy
 
+from ..preferences import library_folder
 from ..spectral_probe.errors import CaptureError
+from ..spectral_probe.files.spectrum_file import is_spectrum_file
 from ..spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
 from .settings_light import (
     calibration_from,
@@ -36,6 +38,13 @@ def folder_of(text: str, name: str) -> Path:
     if not text or (text.startswith("//") and not bpy.data.filepath):
         raise CaptureError(f"Save the .blend first, or choose a {name} folder that is not relative to it.")
     return Path(bpy.path.abspath(text))
+
+
+def probe_folder(settings: bpy.types.PropertyGroup) -> Path:
+    """Folder of the probe's files that light the scene: as built, or edited where there are glasses and lamps."""
+    folder, edits = Path(bpy.path.abspath(settings.probe_directory)), settings.edits
+    edited = edits.state and edits.probe_directory == settings.probe_directory
+    return folder / "edits" / edits.state if edited else folder
 
 
 def capture_from(settings: bpy.types.PropertyGroup) -> Capture:
@@ -74,7 +83,7 @@ def fill(settings: bpy.types.PropertyGroup, capture: Capture, path: Path) -> Non
     settings.composition = capture.composition
     settings.views.clear()
     settings.active_view = 0
-    for result in ("probe", "render", "comparison"):
+    for result in ("probe", "edits", "render", "comparison"):
         settings.property_unset(result)
     if not bpy.data.filepath:  # nothing to be relative to yet: beside the capture, then
         settings.probe_directory = str(path.parent / "probe")
@@ -92,7 +101,9 @@ def add_photos(view: bpy.types.PropertyGroup, paths: list[Path]) -> None:
 
 
 def material_from(text: str) -> str | Mapping[str, float]:
-    """A ball material: "Fe 0.74, Cr 0.18, Ni 0.08" as fractions of metals, anything else as a name."""
+    """A ball material: "Fe 0.74, Cr 0.18" as fractions of metals, a file's name as its path, anything else as a name."""
+    if is_spectrum_file(text.strip()):
+        return bpy.path.abspath(text.strip())
     parts = [_FRACTION.fullmatch(part) for part in text.split(",")]
     if all(parts):
         return {part[1]: float(part[2]) for part in parts if part}
@@ -153,7 +164,7 @@ def _camera_from(camera: bpy.types.PropertyGroup) -> CameraSettings:
         raise CaptureError("The focal length in pixels is 0. Give it, or take it from the photographs.")
     return CameraSettings(
         model=camera.model or None,
-        sensitivities=path_of(camera.sensitivities),
+        sensitivities=path_of(camera.sensitivities) or _own_camera(camera.model),
         focal_px=_pair(camera.focal_px) if source == "PX" else None,
         focal_mm=decimal(camera.focal_mm) if source == "MM" else None,
         sensor_width_mm=decimal(camera.sensor_width_mm) or None if source in {"EXIF", "MM"} else None,
@@ -164,6 +175,16 @@ def _camera_from(camera: bpy.types.PropertyGroup) -> CameraSettings:
         ),
         half_size=camera.half_size,
     )
+
+
+def _own_camera(model: str) -> Path | None:
+    """The file of a camera of the user's library folder; None for every other camera."""
+    folder = library_folder()
+    if folder is None or not model:
+        return None
+    from ..spectral_probe.spectra.camera import cameras_in
+
+    return cameras_in(folder).get(model)
 
 
 def _fill_camera(camera: bpy.types.PropertyGroup, given: CameraSettings) -> None:

@@ -9,6 +9,7 @@ from .capture import (
     SPECTRAL_PROBE_PT_lamps,
     SPECTRAL_PROBE_PT_photographs,
 )
+from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
 from .lists import (
     SPECTRAL_PROBE_UL_own_lights,
@@ -27,6 +28,7 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_UL_photos,
         SPECTRAL_PROBE_UL_own_lights,
         SPECTRAL_PROBE_UL_region_lights,
+        SPECTRAL_PROBE_UL_edits,
         SPECTRAL_PROBE_PT_main,
         SPECTRAL_PROBE_PT_capture,
         SPECTRAL_PROBE_PT_photographs,
@@ -36,6 +38,7 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_calibration,
         SPECTRAL_PROBE_PT_ball,
         SPECTRAL_PROBE_PT_probe,
+        SPECTRAL_PROBE_PT_edits,
         SPECTRAL_PROBE_PT_world,
         SPECTRAL_PROBE_PT_objects,
         SPECTRAL_PROBE_PT_render,

@@ -17,7 +17,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from . import cli_filter
 from .errors import SpectralProbeError
+from .library_commands import EXAMPLE, add_words, library
 from .model import Job, Progress
 
 type Numbers = dict[str, Any]
@@ -54,7 +56,9 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         "calibrate": _calibrate,
         "probe": _probe,
         "spectrum": _spectrum,
+        "filter": cli_filter.run,
         "compare": _compare,
+        "library": library,
         **(blender_verbs or {}),
     }
     try:
@@ -159,6 +163,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     _folder(spectrum, required=False, text="folder to write to (default: the probe's)")
 
+    cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
+
     render = verb(
         "render",
         "Render a scene spectrally with a probe's light.",
@@ -186,6 +192,9 @@ def _parser() -> argparse.ArgumentParser:
     _folder(compare)
     compare.add_argument(
         "--blur", type=_not_negative, default=0.0, help="Gaussian blur in pixels against noise (default 0)"
+    )
+    add_words(
+        verb("library", "Lamps, cameras, metals, glasses, reflectances and balls that are known.", EXAMPLE)
     )
     return parser
 

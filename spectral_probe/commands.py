@@ -30,9 +30,11 @@ from .model import FloatArray, Job, Progress, SpectralPanorama, part
 from .probe import build_probe, write_outputs
 from .render.compare import Comparison, compare_images, comparison_report, write_comparison
 from .spectra.colorimetry import chromaticity, rec709_to_xyz, spectra_to_xyz
+from .spectra.edits import edited_confidence
 from .spectra.grid import resample
 from .spectra.metrics import colour_temperature, goodness_of_fit, relative_rmse, scaled_to_energy
 from .spectra.recovery import error_of_confidence
+from .spectra.regions import mean_spectrum
 
 type Numbers = dict[str, Any]
 
@@ -117,9 +119,8 @@ def spectrum_at(
         )
     solid_angles = np.broadcast_to(panorama_solid_angles(height, width), (height, width))[chosen]
     shares = solid_angles / solid_angles.sum()
-    per_pixel = panorama.bases[panorama.basis_index[chosen]]
-    spectrum = np.einsum("n,nk,nkl->l", shares, panorama.weights[chosen], per_pixel)
-    confidence = float(shares @ panorama.confidence[chosen])
+    spectrum = mean_spectrum(panorama, chosen)
+    confidence = float(shares @ edited_confidence(panorama)[chosen])
     error = error_of_confidence(confidence) * np.linalg.norm(spectrum) / np.sqrt(len(spectrum))
     direction_error = None
     if panorama.direction_error_rad is not None:

@@ -1,8 +1,8 @@
-"""From the views' radiance images to one spectral panorama: unwrap, recover (eq. 10), blend."""
+"""From the views' radiance images to one panorama of camera responses: unwrap, divide the ball out (eq. 11), blend."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,21 +12,37 @@ from .geometry.panorama import Unwrapping
 from .geometry.registration import PlacedView, ViewRegistration
 from .geometry.sphere import fill_unknown, resized
 from .geometry.stitch import Blend, view_score
-from .model import FloatArray, Job, Progress, SpectralPanorama
+from .model import BoolArray, FloatArray, Job, Progress
 from .parallel import in_parallel, row_blocks
-from .spectra.grid import WAVELENGTHS_NM
-from .spectra.recovery import SpectralRecovery
+from .spectra.chromaticity_noise import without_chromaticity_noise
+from .spectra.incidence import IncidenceCorrection
 
 
 @dataclass(frozen=True)
-class Composition:
-    """A panorama, and what of it is only known to be brighter than the photographs could record.
+class ResponsePanorama:
+    """What the camera would have seen of the light from every direction, had it looked at the light itself.
 
-    `clipped_sr` (V,) is the solid angle that each view saw clipped in every photograph; `clipped_everywhere_sr` that which no
-    view saw otherwise. There the panorama holds the highest lower bound, and is not `valid`.
+    Parameters
+    ----------
+    responses, variance
+        (H, W, C): three channels, and three more for every filter. What no view saw is filled in from around it.
+    seen_through
+        (C / 3, H, W) bool, where the photographs without filter, and those through each filter, saw the light.
+    valid
+        (H, W) bool, where a view without filter saw the direction unclipped.
+    direction_error_rad
+        (H, W) standard error of the direction; pi where nothing was seen.
+    clipped_sr
+        Solid angle that each view saw clipped in every photograph.
+    clipped_everywhere_sr
+        That which no view without filter saw otherwise. There the panorama holds the highest lower bound, and is not `valid`.
     """
 
-    panorama: SpectralPanorama
+    responses: FloatArray
+    variance: FloatArray
+    seen_through: BoolArray
+    valid: BoolArray
+    direction_error_rad: FloatArray
     clipped_sr: tuple[float, ...]
     clipped_everywhere_sr: float
 
@@ -35,12 +51,12 @@ def compose(
     views: Sequence[PlacedView],
     registration: ViewRegistration,
     doubt: FloatArray,
-    recovery: SpectralRecovery,
-    provenance: Mapping[str, str],
+    corrections: Sequence[IncidenceCorrection],
     width: int,
     composition: str = "blend",
-) -> Job[Composition]:
-    """Unwrap view after view, recover its weights (eq. 10), and blend them into one panorama.
+    filters: Sequence[int] | None = None,
+) -> Job[ResponsePanorama]:
+    """Unwrap view after view, divide the ball's reflectance out of its responses, and blend them into one panorama.
 
     One view is in memory at a time, and its panorama only some rows at a time: what is needed does not grow with the views.
 
@@ -50,19 +66,20 @@ def compose(
         The views, and `registration` of them.
     doubt
         (V, h, w) how little each is to be believed (`stitch.doubts`).
-    recovery
-        Responses to weights.
-    provenance
-        For the file's header.
+    corrections
+        How the ball is divided out: without filter first, then through each filter.
     width
         Of the panorama in pixels.
     composition
         "blend" or "cut" (`stitch.view_score`).
+    filters
+        Which of `corrections` each view is of; all are without filter by default.
     """
-    height, weights = width // 2, recovery.basis.shape[0]
+    height = width // 2
     solid_angles = panorama_solid_angles(height, width)
-    blend = Blend(height, width, weights + 2)
-    seen, valid = np.zeros((2, height, width), bool)
+    used = [0] * len(views) if filters is None else list(filters)
+    blends = [Blend(height, width, 7) for _ in corrections]
+    seen, valid = np.zeros((2, len(corrections), height, width), bool)
     clipped_sr = []
     for number, (placed, registered) in enumerate(zip(views, registration.views, strict=True)):
         yield Progress(number / len(views), f"View {number + 1} of {len(views)}: unwrapping the ball")
@@ -78,31 +95,31 @@ def compose(
             gain: FloatArray = gain,
             error_rad: FloatArray = error_rad,
             pixel_rad: float = placed.pixel_rad,
+            through: int = used[number],
         ) -> float:
-            view = unwrapping.rows(rows)
-            own = recovery.weights(view.responses * gain, view.cos_incidence)
-            confidence = recovery.confidence(own, view.variance * gain**2, view.cos_incidence)
+            view, correction = unwrapping.rows(rows), corrections[through]
+            own = correction.light_responses(view.responses * gain, view.cos_incidence)
+            variance = correction.light_variance(view.variance * gain**2, view.cos_incidence)
             score = view_score(view, doubt[rows], pixel_rad, composition)
-            blend.add(rows, np.dstack([own, confidence, error_rad[rows]]), score)
-            seen[rows] |= view.seen
-            valid[rows] |= view.valid
+            blends[through].add(rows, np.dstack([own, variance, error_rad[rows]]), score)
+            seen[through, rows] |= view.seen
+            valid[through, rows] |= view.valid
             return float((solid_angles[rows] * (view.seen & ~view.valid)).sum())
 
         clipped_sr.append(sum(in_parallel(add, row_blocks(width))))
     yield Progress(1.0, "Filling what no view saw")
-    known, mean = blend.known, blend.mean()
-    positive = np.concatenate(
-        in_parallel(lambda rows: recovery.non_negative(mean[rows, :, :weights]), row_blocks(width))
+    known = np.stack([blend.known for blend in blends])
+    means = [blend.mean() for blend in blends]
+    responses = [
+        without_chromaticity_noise(fill_unknown(mean[..., :3], own), mean[..., 3:6])
+        for mean, own in zip(means, known, strict=True)
+    ]
+    return ResponsePanorama(
+        responses=np.dstack(responses),
+        variance=np.dstack([mean[..., 3:6] for mean in means]),
+        seen_through=valid,
+        valid=valid[0],
+        direction_error_rad=np.where(known[0], means[0][..., 6], np.pi).astype(np.float32),
+        clipped_sr=tuple(clipped_sr),
+        clipped_everywhere_sr=float((solid_angles * (seen[0] & ~valid[0])).sum()),
     )
-    panorama = SpectralPanorama(
-        weights=fill_unknown(positive, known),
-        bases=recovery.basis[None].copy(),
-        basis_index=np.zeros((height, width), np.uint8),
-        wavelengths_nm=WAVELENGTHS_NM,
-        valid=valid,
-        confidence=np.where(valid, mean[..., weights], 0.0).astype(np.float32),
-        provenance=provenance,
-        direction_error_rad=np.where(known, mean[..., weights + 1], np.pi).astype(np.float32),
-    )
-    everywhere_sr = float((solid_angles * (seen & ~valid)).sum())
-    return Composition(panorama, tuple(clipped_sr), everywhere_sr)

@@ -288,6 +288,26 @@ class BallFit:
 # ---------------------------------------------------------------- the probe
 
 
+type Keeps = Literal["luminance", "power", "surfaces"]
+"""What of the light stays under another lamp."""
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A change of the light in a region of a panorama that can be taken back.
+
+    A `glass` multiplies spectra by `spectrum` (L,), its transmittance. A `lamp` replaces them by that of another lamp,
+    `spectrum` (L,) in any unit, and keeps each direction's luminance or radiant power; one that keeps surfaces multiplies by
+    `spectrum`, the new lamp over the old one. `name` and `region` say in words what and where.
+    """
+
+    kind: Literal["glass", "lamp"]
+    name: str
+    region: str
+    spectrum: FloatArray
+    keeps: Keeps = "luminance"
+
+
 @dataclass(frozen=True)
 class SpectralPanorama:
     """The spectrum of the light from every direction, in Blender's equirectangular frame (row 0 is up).
@@ -313,6 +333,13 @@ class SpectralPanorama:
         nothing was seen. None where it is not known.
     provenance
         What it was made from and how, as text for the file's header.
+    edits
+        Changes of the light in regions, in the order in which they were made.
+    derived_bases
+        How the last bases came from the recovered ones, which are the first: for each the number of the recovered basis and then
+        the numbers of the edits done to it, all counted from 0.
+    further
+        Further entries of the file's header, kept as they are (what JSON can hold).
     """
 
     weights: FloatArray
@@ -323,6 +350,9 @@ class SpectralPanorama:
     confidence: FloatArray
     provenance: Mapping[str, str] = field(default_factory=dict)
     direction_error_rad: FloatArray | None = None
+    edits: tuple[Edit, ...] = ()
+    derived_bases: tuple[tuple[int, ...], ...] = ()
+    further: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,14 @@ from .geometry.panorama import WIDTHS, natural_width
 from .geometry.registration import PlacedView, register_views, small_panorama
 from .geometry.sampling import sampling
 from .geometry.stitch import doubts
+from .light import LightOf, recover_light
 from .model import Capture, Job, LightLayers, Progress, SpectralPanorama, part
 from .render.layers import light_layers
 from .report import probe_report
 from .spectra.camera import REC709, camera_sensitivities
 from .spectra.colorimetry import panorama_xyz, xyz_to_rec709
+from .spectra.incidence import incidence_cosines
+from .spectra.metals import ball_reflectance
 from .spectra.recovery import SpectralRecovery, spectral_recovery
 from .view import MeasuredView, measure_view
 
@@ -113,13 +116,17 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
     if width is None:
         width = natural_width([sampling(view.camera, view.ball, view.rotation) for view in placed])
     with watch.stage("panorama"):
-        composing = compose(
-            placed, registration, doubt, recovery, _provenance(capture), width, capture.composition
+        correction = recovery.incidence_correction(
+            ball_reflectance(capture.ball.material, incidence_cosines())
         )
-        composition = yield from part(composing, 0.6, 0.95)
+        composing = compose(placed, registration, doubt, [correction], width, capture.composition)
+        responses = yield from part(composing, 0.6, 0.85)
+    with watch.stage("light"):
+        recovering = recover_light(responses, [LightOf(recovery)], _provenance(capture))
+        panorama = yield from part(recovering, 0.85, 0.95)
     yield Progress(0.95, "Writing the report")
-    report = probe_report(capture, measured, registration, composition, watch.seconds)
-    return Probe(composition.panorama, report)
+    report = probe_report(capture, measured, registration, responses, panorama, watch.seconds)
+    return Probe(panorama, report)
 
 
 def _recovery(capture: Capture, *, converted: bool) -> SpectralRecovery:
@@ -129,7 +136,7 @@ def _recovery(capture: Capture, *, converted: bool) -> SpectralRecovery:
         if converted
         else camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
     )
-    return spectral_recovery(sensitivities, capture.ball.material, capture.families, capture.method)
+    return spectral_recovery(sensitivities, capture.families, capture.method)
 
 
 def _placed(view: MeasuredView) -> PlacedView:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .composition import Composition
+from .composition import ResponsePanorama
 from .geometry.frames import panorama_solid_angles, view_angles
 from .geometry.registration import RegisteredView, ViewRegistration
 from .geometry.sampling import sampling
@@ -20,11 +20,11 @@ def probe_report(
     capture: Capture,
     views: Sequence[MeasuredView],
     registration: ViewRegistration,
-    composition: Composition,
+    composition: ResponsePanorama,
+    panorama: SpectralPanorama,
     seconds: Mapping[str, float],
 ) -> dict[str, Any]:
     """The report's numbers, ready for JSON."""
-    panorama = composition.panorama
     height, width = panorama.valid.shape
     solid_angles = np.broadcast_to(panorama_solid_angles(height, width), (height, width))
     return {

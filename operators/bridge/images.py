@@ -1,4 +1,4 @@
-"""Rendered images as 32-bit EXR files, raw numbers in the working space.
+"""Rendered images as 32-bit EXR files, raw numbers in the working space; and the pixels of image datablocks.
 
 A temporary compositor tree with one File Output node writes them, not the scene's own output settings: those cannot
 be put back exactly once their file format has been changed (Blender fills in a colour space that scripts cannot clear).
@@ -7,10 +7,12 @@ be put back exactly once their file format has been changed (Blender fills in a 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import bpy
+import numpy as np
 
-from ...spectral_probe.errors import RenderError
+from ...spectral_probe.errors import FileFormatError, RenderError
 from ...spectral_probe.files.atomic import written_whole
 from .restore import changed, remove
 
@@ -66,3 +68,44 @@ def exr_renders(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> Iterator[
             result = bpy.data.images.get("Render Result")
             if result is not None and not had_result:
                 remove(result)
+
+
+def pixels_of(image: bpy.types.Image) -> np.ndarray[Any, np.dtype[np.float32]]:
+    """Pixels (H, W, channels) of an image datablock, row 0 the image's top (Blender's is the lowest).
+
+    Raises
+    ------
+    FileFormatError
+        If it has no pixels, since its file is gone.
+    """
+    width, height = image.size
+    if not width or not height:
+        raise FileFormatError(f"The image {image.name} has no pixels. Choose another, or find its file.")
+    pixels = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    return pixels.reshape(height, width, image.channels)[::-1]
+
+
+def transparent_copy(picture: Path, name: str) -> bpy.types.Image:
+    """A new image datablock with the colours of a picture file, all of it transparent, packed into the .blend.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such picture.
+    """
+    if not picture.is_file():
+        raise FileFormatError(f"There is no picture {picture}. Build the probe again.")
+    source = bpy.data.images.load(str(picture))
+    try:
+        pixels = np.ones((*source.size[::-1], 4), np.float32)
+        own = pixels_of(source)[::-1]
+        pixels[..., : min(own.shape[2], 3)] = own[..., :3]
+    finally:
+        bpy.data.images.remove(source)
+    pixels[..., 3] = 0.0
+    image = bpy.data.images.new(name, pixels.shape[1], pixels.shape[0], alpha=True)
+    image.pixels.foreach_set(pixels.ravel())
+    image.update()
+    image.pack()
+    return image

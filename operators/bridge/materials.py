@@ -21,9 +21,13 @@ import bpy
 import numpy as np
 from mathutils import Color
 
+from ...preferences import library_folder
 from ...spectral_probe.errors import RenderError, SpectralProbeError
 from ...spectral_probe.files.spectrum_csv import read_spectrum_csv
+from ...spectral_probe.files.spectrum_file import is_spectrum_file
+from ...spectral_probe.spectra.catalogue import curves_of, find
 from ...spectral_probe.spectra.colorimetry import illuminant, spectra_to_xyz, xyz_to_rec709
+from ...spectral_probe.spectra.curves import NUMBER, REFLECTANCE
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
 from ...spectral_probe.spectra.metals import fresnel_reflectance, refractive_index
 from ...spectral_probe.spectra.uplift import reflectance_basis
@@ -142,18 +146,22 @@ def _settings(material: bpy.types.Material) -> tuple[str, str, str]:
 def _index(metal: str) -> tuple[Array, Array]:
     """Refractive index n, k (61,) of a metal's name, or of a CSV file wavelength_nm,n,k."""
     if metal.lower().endswith((".csv", ".txt")):
-        n, k = read_spectrum_csv(Path(bpy.path.abspath(metal)), columns=2)
+        n, k = read_spectrum_csv(Path(bpy.path.abspath(metal)), columns=2, quantity=NUMBER)
         return n, k
     n, k = refractive_index(metal, WAVELENGTHS_NM)
     return n, k
 
 
 def _reflectance(path: str) -> Array:
+    """Reflectance (61,) from a file, or of a surface of the library."""
     if not path:
         raise RenderError(
-            "no file with its reflectance is given. Choose a CSV file, or another kind of spectrum."
+            "no file with its reflectance is given. Choose a file or a surface of the library, or another kind of spectrum."
         )
-    return np.clip(read_spectrum_csv(Path(bpy.path.abspath(path)))[0], 0.0, 1.0)
+    if not is_spectrum_file(path):
+        folder = library_folder()
+        return curves_of(find(path, "reflectance", folder), folder)["reflectance"]
+    return read_spectrum_csv(Path(bpy.path.abspath(path)), quantity=REFLECTANCE)[0]
 
 
 def _at(wavelengths_nm: Array, values: Array) -> Array:

@@ -56,8 +56,7 @@ def light_world(
     world_exr = Path(world_exr)
     if not world_exr.is_file():
         raise FileFormatError(f"There is no panorama {world_exr}. Build the probe first.")
-    image = bpy.data.images.load(str(world_exr), check_existing=True)
-    image.colorspace_settings.name = "Linear Rec.709"
+    image = _panorama_image(world_exr)
     if scene.world is not None and scene.world.get(_OURS):
         world = scene.world
     else:
@@ -95,6 +94,27 @@ def _build(
     tree.links.new(background.outputs["Background"], output.inputs["Surface"])
     for column, node in enumerate((coordinates, mapping, environment, background, output)):
         node.location = (column * 220.0 - 500.0, 0.0)
+
+
+def follow_light(scene: bpy.types.Scene, probe_folder: Path, world_exr: Path) -> None:
+    """Show another state of a probe's light in the scene's world, its rotation and strength kept.
+
+    Nothing is done where the world is not lit by a panorama from the probe's folder. Every state is an image of its own, so that
+    undoing shows the former one again.
+    """
+    nodes = scene.world.node_tree.nodes if scene.world is not None and scene.world.node_tree else {}
+    node = nodes.get(ENVIRONMENT_NODE)
+    if node is None or node.image is None:
+        return
+    shown = Path(bpy.path.abspath(node.image.filepath)).resolve()
+    if shown.name == "world.exr" and shown.is_relative_to(probe_folder.resolve()):
+        node.image = _panorama_image(world_exr)
+
+
+def _panorama_image(world_exr: Path) -> bpy.types.Image:
+    image = bpy.data.images.load(str(world_exr), check_existing=True)
+    image.colorspace_settings.name = "Linear Rec.709"
+    return image
 
 
 def placement(world: bpy.types.World | None) -> tuple[tuple[float, float, float], float]:

@@ -22,6 +22,7 @@ from .capture_light import (
     read_regions,
     region_lines,
 )
+from .spectrum_file import is_spectrum_file
 from .toml import Table, TomlReader, entries, is_number, relative
 
 _CAMERA_KEYS = (
@@ -102,7 +103,7 @@ class _Reader(TomlReader):
         principal_px = self.numbers(table, "principal_px", where, {2})
         return CameraSettings(
             model=self.text(table, "model", where),
-            sensitivities=self.file(table, "sensitivities", where),
+            sensitivities=self.file(table, "sensitivities", where, or_folder=True),
             focal_px=None if focal_px is None else (focal_px[0], focal_px[1]),
             focal_mm=self.number(table, "focal_mm", where, positive=True),
             sensor_width_mm=self.number(table, "sensor_width_mm", where, positive=True),
@@ -127,6 +128,8 @@ class _Reader(TomlReader):
             raise self.fail(
                 where, "material", "a name, or fractions of metals such as { Fe = 0.74, Cr = 0.26 }"
             )
+        elif is_spectrum_file(material):
+            material = str(self.existing(material, where))
         return BallSettings(
             self.number(table, "radius_m", where, positive=True) or default.radius_m, material
         )
@@ -191,7 +194,7 @@ def save_capture(capture: Capture, path: Path) -> None:
         distortion=camera.distortion if any(camera.distortion) else None,
         half_size=camera.half_size or None,
     )
-    lines += ["", "[ball]", *entries(radius_m=ball.radius_m, material=ball.material)]
+    lines += ["", "[ball]", *entries(radius_m=ball.radius_m, material=_material(ball.material, folder))]
     spectra = tuple(relative(path, folder) for path in capture.spectra) or None
     light = entries(method=capture.method, families=capture.families, spectra=spectra)
     lines += ["", "[light]", *light]
@@ -218,3 +221,9 @@ def save_capture(capture: Capture, path: Path) -> None:
         lines += ["", *region_lines(region, folder)]
     with written_whole(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _material(material: str | Mapping[str, float], folder: Path) -> str | Mapping[str, float] | None:
+    """A ball's material, the path of a measured one relative to the capture file where it can be."""
+    is_file = isinstance(material, str) and is_spectrum_file(material)
+    return relative(Path(str(material)), folder) if is_file else material

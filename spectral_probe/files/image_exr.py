@@ -55,11 +55,16 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
         raise FileFormatError(f"{path.name} is not an OpenEXR image.")
     try:
         file = OpenEXR.File(str(path), separate_channels=True)
+        channels, header = file.channels(), file.header()
     except RuntimeError as problem:
         raise FileFormatError(
             f"{path.name} cannot be read as OpenEXR ({problem}). It may be cut short."
         ) from None
-    return {name: channel.pixels for name, channel in file.channels().items()}, dict(file.header())
+    except ValueError:  # a part of which nothing could be read
+        raise FileFormatError(
+            f"{path.name} is cut short: its pixels cannot be read. Write it again."
+        ) from None
+    return {name: channel.pixels for name, channel in channels.items()}, dict(header)
 
 
 def write_rgb(

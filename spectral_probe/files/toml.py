@@ -73,15 +73,15 @@ class TomlReader:
             raise self.fail(where, key, wanted)
         return tuple(value)
 
-    def file(self, table: Table, key: str, where: str) -> Path | None:
-        """A file that exists, or None where the key is missing."""
+    def file(self, table: Table, key: str, where: str, *, or_folder: bool = False) -> Path | None:
+        """A file, or where allowed a folder, that exists; None where the key is missing."""
         value = self.text(table, key, where)
-        return None if value is None else self.existing(value, where)
+        return None if value is None else self.existing(value, where, or_folder=or_folder)
 
-    def existing(self, value: str, where: str) -> Path:
-        """The path of a file that must exist."""
+    def existing(self, value: str, where: str, *, or_folder: bool = False) -> Path:
+        """The path of a file, or where allowed a folder, that must exist."""
         path = self.folder / value
-        if not path.is_file():
+        if not (path.is_file() or (or_folder and path.is_dir())):
             raise CaptureError(f"{self.name}, {where}: there is no file {path}. Check the name.")
         return path
 

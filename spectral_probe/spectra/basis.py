@@ -1,27 +1,10 @@
-"""The basis in which light is recovered: principal components of the lights that may be there (eq. 7).
-
-Three channels fix three weights, so the three basis functions decide what can be recovered. `principal_components` is
-the paper's choice. `best_basis` chooses the three functions that a minimum-mean-square-error estimate from these three
-channels needs, for lights of the given families and for those lights reflected by surfaces, which is most of what a
-panorama shows.
-"""
+"""Bases for spectra of light: principal components (eq. 7), and the smallest basis that holds given spectra."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
 from ..model import FloatArray
-from .library import check_families, surface_reflectances, training_lights
-
-_DIRECT_LIGHT_WEIGHT = 10.0
-"""How much a directly seen light counts against a reflected one in the prior.
-
-Measured on a simulated capture with known truth (median dE2000 of lamps / windows / all else, GFC of windows / all else):
-2 gives 0.34 / 0.69 / 0.53, 0.9991 / 0.9965; 4 gives 0.27 / 0.73 / 0.59, 0.9997 / 0.9956; 10 gives 0.26 / 0.74 / 0.62,
-0.9999 / 0.9945. Daylight of 4000-15000 K seen directly keeps a GFC above 0.9965 with 10 (0.995 with 4).
-"""
 
 
 def principal_components(lights: FloatArray, components: int) -> FloatArray:
@@ -30,17 +13,18 @@ def principal_components(lights: FloatArray, components: int) -> FloatArray:
     Parameters
     ----------
     lights
-        (N, L) spectra.
+        (N, L) spectra; their levels count, so give them unit norm where every light is to count alike.
     components
         K, how many.
 
     Returns
     -------
     ndarray
-        (K, L) orthonormal basis functions; the first has a positive sum.
+        (K, L) orthonormal basis functions; each has a positive sum.
 
     Examples
     --------
+    >>> from .library import training_lights
     >>> basis = principal_components(training_lights(["daylight"]), 3)
     >>> bool(np.allclose(basis @ basis.T, np.eye(3)))
     True
@@ -50,43 +34,54 @@ def principal_components(lights: FloatArray, components: int) -> FloatArray:
     return basis * np.where(basis.sum(-1, keepdims=True) < 0, -1.0, 1.0)
 
 
-def prior_covariance(families: Sequence[str]) -> FloatArray:
-    """Second moment of the light a panorama of these lamp families shows, (L, L).
-
-    Spectra are scaled to unit norm, families count alike; lights seen directly and lights reflected by the surfaces
-    of a ColorChecker both belong to it.
-    """
-    reflectances = surface_reflectances()
-    moments = []
-    for family in check_families(families):
-        direct = _unit_norm(training_lights([family]))
-        reflected = _unit_norm((direct[:, None] * reflectances).reshape(-1, direct.shape[-1]))
-        moments.append(
-            _DIRECT_LIGHT_WEIGHT * direct.T @ direct / len(direct) + reflected.T @ reflected / len(reflected)
-        )
-    return np.asarray(sum(moments)) / (len(moments) * (1.0 + _DIRECT_LIGHT_WEIGHT))
-
-
-def best_basis(covariance: FloatArray, channels: FloatArray) -> FloatArray:
-    """The basis of the minimum-mean-square-error estimate of light from a camera's channels.
-
-    For light of second moment C seen through channels R the best linear estimate from noise-free responses lies in
-    the span of C R (Wiener), and inverting the responses within that span (eq. 10) is that estimate.
+def spanning(spectra: FloatArray, most: int, tolerance: float, first: FloatArray | None = None) -> FloatArray:
+    """The fewest orthonormal functions that hold spectra.
 
     Parameters
     ----------
-    covariance
-        C (L, L).
-    channels
-        R (L, K) sensitivities, with the reflectance of the ball.
+    spectra
+        (N, L), none of them black.
+    most
+        Functions at most.
+    tolerance
+        Relative error that any of the spectra may have; 0 for `most` functions whatever they are needed for.
+    first
+        (M, L) spectra that must be held exactly, M <= `most`.
 
     Returns
     -------
     ndarray
-        (K, L) orthonormal basis functions.
+        (K, L), M <= K <= `most`.
+
+    Examples
+    --------
+    >>> spanning(np.array([[1.0, 1.0, 0.0], [2.0, 0.0, 0.0], [3.0, 1.0, 0.0]]), 3, 1e-6).shape
+    (2, 3)
     """
-    return principal_components((covariance @ channels).T, channels.shape[-1])
+    fixed = (
+        np.zeros((0, spectra.shape[1])) if first is None else np.linalg.qr(np.asarray(first, float).T)[0].T
+    )
+    spectra = spectra / np.linalg.norm(spectra, axis=-1, keepdims=True)
+    rest = spectra - spectra @ fixed.T @ fixed
+    padded = np.concatenate([rest, np.zeros((most, spectra.shape[1]))])  # enough rows, whatever was given
+    found = np.concatenate([fixed, np.linalg.svd(padded, full_matrices=False)[2]])[:most]
+    basis = np.linalg.qr(found.T)[0].T
+    count = most
+    while tolerance > 0 and count > max(1, len(fixed)):
+        if not_held(spectra, basis[: count - 1]) > tolerance:
+            break
+        count -= 1
+    return np.asarray(basis[:count])
 
 
-def _unit_norm(spectra: FloatArray) -> FloatArray:
-    return spectra / np.linalg.norm(spectra, axis=-1, keepdims=True)
+def not_held(spectra: FloatArray, basis: FloatArray) -> float:
+    """Largest share of the norm of any of the spectra (N, L) that orthonormal functions (K, L) do not hold.
+
+    Examples
+    --------
+    >>> not_held(np.array([[3.0, 4.0]]), np.array([[1.0, 0.0]]))
+    0.8
+    """
+    rest = spectra - spectra @ basis.T @ basis
+    norms = np.linalg.norm(spectra, axis=-1)
+    return float((np.linalg.norm(rest, axis=-1) / np.maximum(norms, 1e-30)).max(initial=0.0))

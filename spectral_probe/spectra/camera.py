@@ -1,30 +1,32 @@
-"""Spectral sensitivities of cameras: by name from colour-science, or from a file of the user's.
+"""Spectral sensitivities of cameras: by name from colour-science, from a file of the user's, or from a folder of such files.
 
 Files are CSV (`wavelength_nm,r,g,b`) or AMPAS JSON as in the Academy's rawtoaces-data collection.
 """
 
 from __future__ import annotations
 
-import csv
 import difflib
-import json
-from collections.abc import Mapping
+import re
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..errors import SpectralDataError
+from ..files.spectrum_file import is_spectrum_file, read_samples
 from ..model import FloatArray
 from .colorimetry import colour_matching_functions, xyz_to_rec709
 from .colour_science import colour
-from .grid import WAVELENGTHS_NM, resample
+from .curves import SENSITIVITY, SampledCurves, on_grid
 
 REC709 = "Rec.709"
 """The "camera" of display-referred pictures and of HDR and EXR files: linear Rec.709, D65 white."""
 
 _MOST_ALIKE = 1e4
 """Condition number of three curves beyond which they are as good as two: no camera comes near."""
+
+_SAME_PEAK = 5e-3
+"""Peaks of three channels that agree within this are a table's doing, not a sensor's; bands of 5 nm blunt them that much."""
 
 _CANON_5D_II = "Canon EOS 5D Mark II"
 
@@ -48,7 +50,7 @@ def camera_sensitivities(model: str | None = None, file: Path | None = None) -> 
     model
         A name of `camera_names`; `file` goes before it, and without either the pictures are taken as linear Rec.709.
     file
-        CSV or AMPAS JSON.
+        CSV or AMPAS JSON; or a folder of them, of which `model` names one (`cameras_in`).
 
     Returns
     -------
@@ -58,104 +60,168 @@ def camera_sensitivities(model: str | None = None, file: Path | None = None) -> 
     Raises
     ------
     SpectralDataError
-        If the name is unknown (the message suggests the nearest), or the file is missing, not of this kind, or does
-        not cover 400-700 nm.
+        If the name is unknown (the message suggests the nearest), or the file is missing, not of this kind, or cannot be
+        the curves of a camera.
 
     Examples
     --------
+    >>> from .grid import WAVELENGTHS_NM
     >>> int(WAVELENGTHS_NM[camera_sensitivities("Nikon 5100 (NPL)")[:, 2].argmax()])
     460
     """
     if file is not None:
-        return _from_file(Path(file))
+        return _of_curves(_red_green_blue(read_samples(camera_file(Path(file), model))))
     if model is None or model == REC709:
         return xyz_to_rec709(colour_matching_functions())
+    return _of_curves(camera_curves(model))
+
+
+def camera_curves(model: str) -> SampledCurves:
+    """The curves of a camera of the library as they were published; Rec.709 is computed and has none.
+
+    Raises
+    ------
+    SpectralDataError
+        If there is no camera of that name; the message suggests the nearest.
+    """
     if model == _CANON_5D_II:
         folder = Path(colour.__file__).parent / "characterisation" / "datasets" / "rawtoaces"
-        return _from_file(folder / "CANON_EOS_5DMark_II_RGB_Sensitivities.csv")
-    known: Mapping[str, Any] = colour.MSDS_CAMERA_SENSITIVITIES
-    if model in known:
-        return _measured(known[model])
-    near = difflib.get_close_matches(
-        model.lower(), [name.lower() for name in camera_names()], n=1, cutoff=0.3
-    )
-    by_lower = {name.lower(): name for name in camera_names()}
-    hint = f'Did you mean "{by_lower[near[0]]}"? ' if near else ""
+        return read_samples(folder / "CANON_EOS_5DMark_II_RGB_Sensitivities.csv")
+    if model in colour.MSDS_CAMERA_SENSITIVITIES:
+        known = colour.MSDS_CAMERA_SENSITIVITIES[model]
+        values = np.asarray(known.values, float).T
+        return SampledCurves(model, np.asarray(known.wavelengths, float), values, ("R", "G", "B"))
+    hint = _nearest(model, camera_names())
     raise SpectralDataError(
         f'There is no camera called "{model}" in the library. {hint}Known are {", ".join(camera_names())}; '
         'or give a file of your camera: sensitivities = "camera.csv".'
     )
 
 
-def _measured(sensitivities: Any) -> FloatArray:
-    """Curves of colour-science on our grid; those that end short of 700 nm below 1 % of their peak go on as zero."""
-    wavelengths = np.asarray(sensitivities.wavelengths, float)
-    values = np.asarray(sensitivities.values, float)
-    if wavelengths[-1] < WAVELENGTHS_NM[-1] and (values[-1] < 0.01 * values.max(0)).all():
-        wavelengths = np.append(wavelengths, [wavelengths[-1] + 1e-3, WAVELENGTHS_NM[-1]])
-        values = np.concatenate([values, np.zeros((2, values.shape[1]))])
-    return resample(wavelengths, values.T, name=str(sensitivities.name)).T
+def cameras_in(folder: Path) -> dict[str, Path]:
+    """Files of sensitivities in a folder, by name of their camera (`camera_name`).
+
+    Files that do not have three channels are passed over; whether those are good is seen when one is chosen.
+    """
+    found = {}
+    for path in sorted(Path(folder).iterdir(), key=lambda path: path.name.casefold()):
+        if not path.is_file() or not is_spectrum_file(path.name):
+            continue
+        try:
+            samples = read_samples(path)
+        except SpectralDataError:
+            continue
+        if has_three_channels(samples):
+            found[camera_name(samples, path)] = path
+    return found
 
 
-def _from_file(path: Path) -> FloatArray:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
+def has_three_channels(samples: SampledCurves) -> bool:
+    """Whether a table is one of R, G and B: by the names of its columns, or three that have none.
+
+    Examples
+    --------
+    >>> nm, values = np.array([400.0, 700.0]), np.ones((3, 2))
+    >>> has_three_channels(SampledCurves("a", nm, values, ("r", "g", "b")))
+    True
+    >>> has_three_channels(SampledCurves("a", nm, values, ("radiance", "standard_error", "measured")))
+    False
+    """
+    names = [column.strip().casefold() for column in samples.columns]
+    initials = [name[:1] for name in names]
+    return (
+        {"r", "g", "b"} <= set(names)
+        or initials == ["r", "g", "b"]
+        or names == ["value 1", "value 2", "value 3"]
+    )
+
+
+def camera_name(samples: SampledCurves, path: Path) -> str:
+    """What a file's camera is called: as an AMPAS JSON says, else the file's name with blanks for underscores."""
+    return samples.title or re.sub(r"_\d{3}_\d{3,4}_\d+$", "", path.stem).replace("_", " ")
+
+
+def camera_file(path: Path, model: str | None) -> Path:
+    """The file of sensitivities meant by a path: itself, or the one in the folder that belongs to a camera.
+
+    Raises
+    ------
+    SpectralDataError
+        If it is a folder and no camera is named, or it has none of that name; the message suggests the nearest.
+    """
+    if not path.is_dir():
+        return path
+    known = cameras_in(path)
+    if not known:
+        raise SpectralDataError(f"{path} has no file of camera sensitivities. Give CSV or AMPAS JSON files.")
+    if model is None:
+        some = ", ".join(list(known)[:8])
+        raise SpectralDataError(f'{path} holds {len(known)} cameras. Say which: model = "..." of {some}.')
+    by_letters = {_letters(name): file for name, file in known.items()} | {
+        _letters(file.stem): file for file in known.values()
+    }
+    if _letters(model) not in by_letters:
         raise SpectralDataError(
-            f"There is no file of camera sensitivities at {path}. Check the path."
-        ) from None
-    except (OSError, UnicodeDecodeError) as problem:
-        raise SpectralDataError(
-            f"{path} cannot be read as text ({problem}). Give a CSV or an AMPAS JSON file."
-        ) from None
-    samples = _json_samples(text, path) if path.suffix.lower() == ".json" else _csv_samples(text, path)
-    if samples.ndim != 2 or not np.isfinite(samples).all():
-        raise SpectralDataError(
-            f"{path.name} has no table of finite numbers. Its columns must be wavelength_nm,r,g,b."
+            f'There is no camera called "{model}" in {path}. {_nearest(model, tuple(known))}'
+            "List them with: library list camera --folder DIR."
         )
-    if len(np.unique(samples[:, 0])) != len(samples):
-        raise SpectralDataError(f"{path.name} lists a wavelength twice. Keep one line a wavelength.")
-    sensitivities = resample(samples[:, 0], samples[:, 1:].T, name=path.name).T
-    if (sensitivities.max(0) <= 0).any():
-        raise SpectralDataError(
-            f"{path.name} has a channel without any sensitivity. Check its columns r, g, b."
-        )
+    return by_letters[_letters(model)]
+
+
+def gains_lost(sensitivities: FloatArray) -> bool:
+    """Whether curves (61, 3) were normalised channel by channel, so that the balance of the channels is lost.
+
+    Examples
+    --------
+    >>> gains_lost(camera_sensitivities("Nikon 5100 (NPL)")), gains_lost(camera_sensitivities("Canon EOS 5D Mark II"))
+    (True, False)
+    """
+    peaks = np.asarray(sensitivities, float).max(0)
+    return bool(np.ptp(peaks) <= _SAME_PEAK * peaks.max())
+
+
+def gains_remark(name: str, sensitivities: FloatArray) -> str | None:
+    """A sentence for the user whose curves lost their gains; None where they did not."""
+    if not gains_lost(sensitivities):
+        return None
+    return (
+        f"The sensitivities of {name} are normalised channel by channel, so the gains of its channels are lost. "
+        "Calibrate them on one known light: a grey card or a lamp of known spectrum."
+    )
+
+
+def _of_curves(curves: SampledCurves) -> FloatArray:
+    """Curves of three channels on the grid, (61, 3), after looking whether they can tell three colours apart."""
+    sensitivities = on_grid(curves, SENSITIVITY).T
     if np.linalg.cond(sensitivities / sensitivities.max(0)) > _MOST_ALIKE:
-        raise SpectralDataError(f"{path.name} has channels that are alike. Check its columns r, g, b.")
+        raise SpectralDataError(
+            f"{curves.name} has channels that are alike, so it cannot tell colours apart (a singular system). "
+            "Check its columns r, g, b."
+        )
     return sensitivities
 
 
-def _csv_samples(text: str, path: Path) -> FloatArray:
-    """(N, 4): wavelength in nm and three sensitivities."""
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    rows: list[list[float]] = []
-    for number, row in enumerate(csv.reader(lines)):
-        try:
-            rows.append([float(cell) for cell in row[:4]])
-        except ValueError:
-            if number > 0:  # the first line may name the columns
-                raise SpectralDataError(
-                    f'{path.name} has a line that is not four numbers: "{lines[number].strip()[:60]}". '
-                    "Its columns must be wavelength_nm,r,g,b."
-                ) from None
-    if not rows or any(len(row) != 4 for row in rows):
+def _red_green_blue(samples: SampledCurves) -> SampledCurves:
+    """The channels R, G, B by their names, or else the three columns there are."""
+    named = [column.strip().upper() for column in samples.columns]
+    order = [0, 1, 2] if len(named) == 3 else []
+    for wanted in (("R", "G", "B"), ("RED", "GREEN", "BLUE")):
+        if all(channel in named for channel in wanted):
+            order = [named.index(channel) for channel in wanted]
+    if not order:
         raise SpectralDataError(
-            f"{path.name} is no table of sensitivities. Its columns must be wavelength_nm,r,g,b."
+            f"{samples.name} is no table of sensitivities: it has {len(named)} column(s) of values, not R, G, B. "
+            "Its columns must be wavelength_nm,r,g,b."
         )
-    return np.array(rows)
+    columns = tuple(samples.columns[at] for at in order)
+    return replace(samples, values=samples.values[order], columns=columns)
 
 
-def _json_samples(text: str, path: Path) -> FloatArray:
-    """(N, 4) from AMPAS JSON: {"spectral_data": {"index": {"main": [...]}, "data": {"main": {"380": [r, g, b], ...}}}}."""
-    try:
-        spectral = json.loads(text)["spectral_data"]
-        order = [str(channel).upper() for channel in spectral["index"]["main"]]
-        columns = [order.index(channel) for channel in "RGB"]
-        table = spectral["data"]["main"]
-        return np.array(
-            [[float(nm), *(float(values[column]) for column in columns)] for nm, values in table.items()]
-        )
-    except (json.JSONDecodeError, KeyError, TypeError, ValueError, IndexError, AttributeError):
-        raise SpectralDataError(
-            f"{path.name} is not a camera file in AMPAS JSON (spectral_data with index and data of R, G, B)."
-        ) from None
+def _letters(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.casefold())
+
+
+def _nearest(name: str, known: tuple[str, ...]) -> str:
+    by_lower = {each.lower(): each for each in known}
+    near = difflib.get_close_matches(name.lower(), by_lower, n=1, cutoff=0.3)
+    return f'Did you mean "{by_lower[near[0]]}"? ' if near else ""

@@ -7,6 +7,7 @@ the CIE daylight series are computed.
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 
@@ -101,10 +102,72 @@ def planck(temperature_kelvin: float, wavelengths_nm: FloatArray = WAVELENGTHS_N
     return radiance(np.asarray(wavelengths_nm, float)) / float(radiance(np.array(560.0)))
 
 
-def daylight(correlated_temperature_kelvin: float) -> FloatArray:
-    """Relative spectral power of CIE daylight of a correlated colour temperature in 4000-25000 K, 1 at 560 nm, (61,)."""
+def daylight(correlated_temperature_kelvin: float, wavelengths_nm: FloatArray = WAVELENGTHS_NM) -> FloatArray:
+    """Relative spectral power of CIE daylight of a correlated colour temperature in 4000-25000 K, 1 at 560 nm, (L,).
+
+    Wavelengths are 360-830 nm.
+    """
     xy = colour.temperature.CCT_to_xy_CIE_D(correlated_temperature_kelvin)
-    return _unit(on_grid(colour.sd_CIE_illuminant_D_series(xy, shape=colour.SpectralShape(400, 700, 5))))
+    series = colour.sd_CIE_illuminant_D_series(xy, shape=colour.SpectralShape(360, 830, 5))
+    known, values = np.asarray(series.wavelengths, float), np.asarray(series.values, float)
+    power = np.interp(wavelengths_nm, known, values)
+    return np.asarray(power / np.interp(560.0, known, values))
+
+
+_COMPUTED = re.compile(r"(planck|daylight)\s*(\d+(?:\.\d+)?)\s*k?", re.IGNORECASE)
+_DAYLIGHT_RANGE_KELVIN = (4000.0, 25000.0)
+_PLANCK_RANGE_KELVIN = (500.0, 100000.0)
+
+
+def lamp_names() -> tuple[str, ...]:
+    """Names of the lights that were measured or tabulated; "Planck 3200 K" and "Daylight 6500 K" are computed as well.
+
+    Examples
+    --------
+    >>> "FL11" in lamp_names(), len(lamp_names()) > 100
+    (True, True)
+    """
+    names = (*colour.SDS_ILLUMINANTS, *colour.SDS_LIGHT_SOURCES)
+    return tuple(name for name in names if name != "ISO 7589 Sensitometric Printer")  # it ends at 560 nm
+
+
+def lamp_spectrum(name: str) -> FloatArray:
+    """Relative spectral power of a lamp by name, (61,), 1 at 560 nm (peak 1 where that is dark).
+
+    Parameters
+    ----------
+    name
+        One of `lamp_names`, capitals or not; "Planck 3200 K" for a black body; "Daylight 6500 K" for the CIE daylight of
+        a correlated colour temperature.
+
+    Raises
+    ------
+    SpectralDataError
+        If there is no such lamp, or the temperature is out of range; the message suggests the nearest name.
+
+    Examples
+    --------
+    >>> bool(abs(lamp_spectrum("Planck 2856 K") - lamp_spectrum("A")).max() < 2e-3)
+    True
+    """
+    computed = _COMPUTED.fullmatch(name.strip())
+    if computed:
+        kelvin, is_planck = float(computed[2]), computed[1].lower() == "planck"
+        first, last = _PLANCK_RANGE_KELVIN if is_planck else _DAYLIGHT_RANGE_KELVIN
+        if not first <= kelvin <= last:
+            raise SpectralDataError(
+                f"{computed[1].title()} of {kelvin:g} K is not defined here. Give {first:g} to {last:g} K."
+            )
+        return planck(kelvin) if is_planck else daylight(kelvin)
+    by_lower = {known.lower(): known for known in lamp_names()}
+    if name.lower() not in by_lower:
+        near = difflib.get_close_matches(name.lower(), by_lower, n=1, cutoff=0.4)
+        hint = f'Did you mean "{by_lower[near[0]]}"? ' if near else ""
+        raise SpectralDataError(
+            f'There is no lamp called "{name}" in the library. {hint}'
+            'Others are computed: "Planck 3200 K", "Daylight 6500 K".'
+        )
+    return _unit(illuminant(by_lower[name.lower()]))
 
 
 def training_lights(families: Sequence[str]) -> FloatArray:

@@ -1,219 +1,333 @@
-"""Spectra from camera responses: the weights of eq. 8 by eq. 10, with the incidence angle of every pixel.
+"""Spectra from camera responses (eq. 7-10): a mixture of linear estimates, one for each kind of light that may be there.
 
-A camera channel sees k = sum over wavelengths of E(lambda) S(theta, lambda) R_k(lambda) with the light E, the ball's
-reflectance S and the sensitivity R. With E = weights @ basis this is weights @ A(theta), A(theta) = basis (S R),
-and the weights are responses @ A(theta)^-1.
+What a camera records of light E is y = E R. The best linear estimate of light of second moment M is Wiener's,
+y (R' M R + N)^-1 R' M with the noise N. Each class of `prior.light_classes` has such an estimate, and the responses
+themselves tell how probable each class is: with the level of the light unknown, the density of y under a class is that of an
+angular central Gaussian, |K|^-1/2 (y' K^-1 y)^(-C/2) with K = R' M R + N (Tyler, "Statistical analysis for the angular central
+Gaussian distribution on the sphere", Biometrika 74, 579, 1987, doi:10.1093/biomet/74.3.579). The estimate is the mean over the
+classes that makes the expected *relative* error least. For given probabilities it is linear in y, so a few weights a pixel
+hold it.
+
+The paper's own method (eq. 7-10) is the one-class case whose estimate is the inverse within three principal components.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import SpectralDataError
 from ..model import FloatArray
-from .basis import best_basis, principal_components, prior_covariance
+from .basis import not_held, principal_components, spanning
+from .colorimetry import colour_matching_functions
+from .estimates import ClassEstimate, inverse_estimate, wiener_estimate
 from .grid import STEP_NM
-from .library import training_lights
-from .metals import ball_reflectance
+from .incidence import NOISE, IncidenceCorrection, incidence_correction
+from .library import AUTOMATIC
+from .prior import LightClass, light_classes
 
-METHODS = ("family", "paper")
-"""`family`: non-negative, in the best basis for the lamp families and for their light reflected by surfaces.
-`paper`: direct inversion in the first three principal components of the lamp families (eq. 7-10)."""
+METHODS = ("family", "automatic", "paper")
+"""`family`: non-negative, for the lamp families said to be present, seen directly or reflected by surfaces.
+`automatic`: the same for all lamp families. `paper`: direct inversion in the first three principal components of the lamp
+families (eq. 7-10)."""
 
-_COSINES = 91
-"""Incidence angles at which A(theta)^-1 is tabulated, evenly in the cosine; between them it is interpolated."""
+MOST_WEIGHTS = 12
+"""Weights a pixel has at most."""
 
-_FINE_COSINES = 8192
-"""Entries of the table that images are looked up in: half a step changes a metal's reflectance by less than 1e-4."""
+_TOLERANCE = 3e-3
+"""Relative error of a spectrum that fewer weights may cost."""
 
-_NOMINAL_COSINE = 0.8
-"""Incidence angle for which the basis is chosen; which one hardly matters (a metal's reflectance is smooth)."""
+_EXAMPLES = 1200
+"""Spectra at most that the basis is chosen by."""
 
-_FLAT_CONFIDENCE_AT = 0.5
+_CLIPPINGS = 3
+"""How often negative parts are cut off and what is left is brought back into the span of the basis."""
+
+_MARGIN = np.float32(1e-5)
+"""Lowest value of a spectrum, relative to the basis's positive spectrum of its size, that counts as positive: above rounding."""
+
+_SINGULAR = 1e-4
+"""Smallest singular value of the channels, relative to the largest, that can be inverted."""
+
+_STRANGE = 4.0
+"""How much farther than usual, in variance, light must be from a kind to be hardly of it: one member in a hundred is."""
+
+_PAPER_NOISE = 1e-6
+"""The paper inverts as if there were no noise; this only keeps the inverse defined."""
+
+_HALF_CONFIDENCE = 0.5
 """Relative error at which confidence is one half."""
+
+_TINY = np.float32(1e-30)
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """What an image of responses became.
+
+    `weights` (..., K) float32 are those of the basis `basis_index` (...); `relative_error` (...) is the expected RMS error of the
+    spectrum over its RMS.
+    """
+
+    weights: FloatArray
+    basis_index: npt.NDArray[np.uint8]
+    relative_error: FloatArray
+
+    @property
+    def confidence(self) -> FloatArray:
+        """Confidence in 0..1: 1 / (1 + (e / 0.5)^2) for an expected relative error e; (...) float32."""
+        return np.asarray(1.0 / (1.0 + (self.relative_error / _HALF_CONFIDENCE) ** 2), np.float32)
 
 
 @dataclass(frozen=True)
 class SpectralRecovery:
-    """How one camera, ball and choice of lamp families turn responses into spectra.
+    """How a camera's responses to light become its spectrum.
 
     Parameters
     ----------
-    basis
-        (3, L) basis functions.
     sensitivities
-        (L, 3) camera sensitivities.
-    reflectances
-        (N, L) reflectance of the ball at the cosines of incidence 0..1, evenly spaced.
-    covariance
-        (L, L) second moment of the light expected, for the confidence.
+        R (L, C) of all channels: three, and three more for every filter that photographs were taken through.
+    estimates
+        One for each kind of light that may be there.
+    bases
+        (B, K, L) basis functions, orthonormal (or zero, where a basis needs fewer). With several bases there is one for each
+        estimate, for the pixels where that one is the most probable.
     safe_weights
-        (3,) weights of a spectrum that is positive everywhere, or None to leave negative spectra as they are.
+        (B, K) weights of a spectrum that is positive throughout, or None to leave negative spectra as they are.
+    moment
+        (L, L) second moment of the light expected; of the paper's method that of its basis.
     method
         One of `METHODS`.
     """
 
-    basis: FloatArray
     sensitivities: FloatArray
-    reflectances: FloatArray
-    covariance: FloatArray
+    estimates: tuple[ClassEstimate, ...]
+    bases: FloatArray
     safe_weights: FloatArray | None
+    moment: FloatArray
     method: str
 
-    @cached_property
-    def inverses(self) -> FloatArray:
-        """A(theta)^-1 at the tabulated cosines, (N, 3, 3)."""
-        mixing = np.einsum("kl,nl,lc->nkc", self.basis, self.reflectances, self.sensitivities) * STEP_NM
-        return np.asarray(np.linalg.inv(mixing))
-
-    def weights(self, responses: FloatArray, cos_incidence: FloatArray) -> FloatArray:
-        """Weights of the basis for camera responses (eq. 10): spectra, not yet without negative parts.
+    def recover(
+        self,
+        responses: FloatArray,
+        variance: FloatArray | None = None,
+        direct: FloatArray | float = 1.0,
+    ) -> Recovered:
+        """Weights of the basis for camera responses to light (the ball divided out, `incidence_correction`).
 
         Parameters
         ----------
         responses
-            (..., 3) linear camera RGB.
-        cos_incidence
-            (...) cosine of the incidence angle on the ball.
+            (..., C).
+        variance
+            (..., C) of the responses; none by default.
+        direct
+            (...) probability that the light is seen directly and not reflected by a surface.
 
         Returns
         -------
-        ndarray
-            (..., 3) float32. Spectra are per nm in units of the responses. `non_negative` is the next step.
+        Recovered
+            Spectra are per nm in units of the responses; without negative parts, except by the paper's method.
         """
         responses = np.asarray(responses, np.float32)
-        cosines = np.broadcast_to(np.asarray(cos_incidence, np.float32), responses.shape[:-1])
-        channels = [np.array(responses[..., channel]) for channel in range(3)]
-        row = (np.clip(cosines, 0.0, 1.0) * np.float32(_FINE_COSINES - 1) + np.float32(0.5)).astype(np.intp)
-        weights = np.empty(responses.shape, np.float32)
-        for basis in range(3):
-            tables = self._fine_inverses[:, basis]
-            weights[..., basis] = sum(
-                np.take(table, row, mode="clip") * channel
-                for table, channel in zip(tables, channels, strict=True)
+        shape = responses.shape[:-1]
+        flat = responses.reshape(-1, responses.shape[-1])
+        likely = self.probabilities(flat, np.broadcast_to(direct, shape).reshape(-1))
+        index = np.zeros(len(flat), np.uint8)
+        if len(self.bases) > 1:
+            index = likely.argmax(-1).astype(np.uint8)
+        weights = np.zeros((len(flat), self.bases.shape[1]), np.float32)
+        for basis in np.unique(index):
+            chosen = index == basis if len(self.bases) > 1 else slice(None)
+            parts = likely[chosen, :, None] * flat[chosen, None, :]
+            weights[chosen] = parts.reshape(len(parts), -1) @ self._to_weights[basis]
+        flat_variance = None if variance is None else np.asarray(variance, np.float32).reshape(flat.shape)
+        error = self._relative_error(flat, likely, weights, flat_variance)
+        if self.safe_weights is not None:
+            weights = self._non_negative(weights, index, flat)
+        return Recovered(
+            weights.reshape(*shape, -1), index.reshape(shape), error.reshape(shape).astype(np.float32)
+        )
+
+    def probabilities(self, responses: FloatArray, direct: FloatArray | float = 1.0) -> FloatArray:
+        """How probable each estimate's kind of light is, (..., N) summing to one, from responses (..., C) alone."""
+        squared = self._squared(responses, self._precision_roots)
+        norm = np.maximum((responses**2).sum(-1), _TINY)[..., None]
+        logs = self._log_shares - np.float32(self._channels / 2 + 1) * np.log(
+            np.maximum(squared / norm, _TINY)
+        )
+        chance = np.asarray(direct, np.float32)
+        factors = {True: chance, False: np.float32(1) - chance, None: np.ones_like(chance)}
+        with np.errstate(divide="ignore"):
+            logs = logs + np.log(np.stack([factors[estimate.direct] for estimate in self.estimates], -1))
+        logs = np.exp(logs - logs.max(-1, keepdims=True))
+        return np.asarray(logs / logs.sum(-1, keepdims=True), np.float32)
+
+    def unlikeness(self, responses: FloatArray) -> FloatArray:
+        """How much farther the light may be from each estimate than lights of its kind are, (..., N), as a factor of variance."""
+        expected = self._channels * self._squared(responses, self._operator_roots)
+        return np.asarray(
+            np.maximum(
+                self._squared(responses, self._precision_roots) / np.maximum(expected, _TINY), np.float32(1)
             )
+        )
+
+    def incidence_correction(
+        self, reflectances: FloatArray, channels: slice = slice(0, 3)
+    ) -> IncidenceCorrection:
+        """What divides a ball of reflectances (N, L) at `incidence.incidence_cosines` out of some channels' responses."""
+        noise = _PAPER_NOISE if self.method == "paper" else NOISE
+        return incidence_correction(self.sensitivities[:, channels], reflectances, self.moment, noise)
+
+    @cached_property
+    def to_luminance(self) -> FloatArray:
+        """(3,) what the first three responses times this sum to: about the luminance of the light."""
+        channels = self.sensitivities[:, :3] * STEP_NM
+        wanted = colour_matching_functions()[:, 1] * STEP_NM
+        return np.asarray(np.linalg.lstsq(channels, wanted)[0], np.float32)
+
+    @property
+    def _channels(self) -> int:
+        return int(self.sensitivities.shape[1])
+
+    @staticmethod
+    def _squared(responses: FloatArray, roots: FloatArray) -> FloatArray:
+        """Y' A y for every A = root root', roots side by side (C, N C): (..., N)."""
+        channels = responses.shape[-1]
+        products = (responses @ roots).reshape(*responses.shape[:-1], -1, channels)
+        return np.asarray((products * products).sum(-1))
+
+    @cached_property
+    def _precision_roots(self) -> FloatArray:
+        return _side_by_side([np.linalg.cholesky(estimate.precision) for estimate in self.estimates])
+
+    @cached_property
+    def _operator_roots(self) -> FloatArray:
+        """Roots R with R R' = L L' for the operators L: |y L| = |y R|."""
+        return _side_by_side([np.linalg.qr(estimate.operator.T)[1].T for estimate in self.estimates])
+
+    @cached_property
+    def _log_shares(self) -> FloatArray:
+        return np.array(
+            [
+                0.5 * np.linalg.slogdet(estimate.precision)[1] + np.log(estimate.share)
+                for estimate in self.estimates
+            ],
+            np.float32,
+        )
+
+    @cached_property
+    def _to_weights(self) -> FloatArray:
+        """From the responses times the probabilities, estimate by estimate, to weights: (B, N C, K)."""
+        operators = np.concatenate([estimate.operator for estimate in self.estimates])
+        return np.asarray(operators @ np.swapaxes(self.bases, 1, 2), np.float32)
+
+    def _relative_error(
+        self, responses: FloatArray, likely: FloatArray, weights: FloatArray, variance: FloatArray | None
+    ) -> FloatArray:
+        """Within the kinds of light, between them, and from the photographs' noise."""
+        energy = self._squared(responses, self._operator_roots)
+        within = np.array([np.trace(estimate.error) for estimate in self.estimates], np.float32)
+        unlike = self.unlikeness(responses)
+        strange = np.maximum(1 - _STRANGE / unlike, 0)  # what is of no known kind may be anything
+        spread = (likely * energy * (1 + within * unlike + strange)).sum(-1)
+        mean = (weights**2).sum(-1)  # the basis is orthonormal
+        noise = np.zeros_like(mean)
+        if variance is not None:
+            gains = np.array([(estimate.operator**2).sum(-1) for estimate in self.estimates], np.float32)
+            noise = (variance * (likely @ gains)).sum(-1)
+        return np.asarray(np.sqrt(np.maximum(spread - mean + noise, 0) / np.maximum(mean, _TINY)))
+
+    def _non_negative(
+        self, weights: FloatArray, index: npt.NDArray[np.uint8], responses: FloatArray
+    ) -> FloatArray:
+        weights = weights.copy()
+        for basis in np.unique(index):
+            chosen = np.flatnonzero(index == basis) if len(self.bases) > 1 else np.arange(len(weights))
+            functions = self.bases[basis].astype(np.float32)
+            spectra = weights[chosen] @ functions
+            low = (spectra <= self._floor(spectra, basis)).any(-1)
+            if low.any():
+                which = chosen[low]
+                weights[which] = self._lifted(weights[which], responses[which], functions, basis)
         return weights
 
-    @cached_property
-    def _fine_inverses(self) -> FloatArray:
-        """A(theta)^-1 by channel and basis function, (3, 3, N) float32, at so many cosines that the nearest will do."""
-        fine = np.linspace(0.0, 1.0, _FINE_COSINES)
-        coarse = np.linspace(0.0, 1.0, len(self.inverses))
-        entries = self.inverses.reshape(len(self.inverses), -1).T
-        table = np.stack([np.interp(fine, coarse, entry) for entry in entries])
-        return np.asarray(table.reshape(*self.inverses.shape[1:], _FINE_COSINES), np.float32)
-
-    def _interpolated(self, table: FloatArray, cos_incidence: FloatArray) -> FloatArray:
-        position = np.clip(np.asarray(cos_incidence, np.float32), 0.0, 1.0) * (len(table) - 1)
-        lower = np.minimum(position.astype(np.intp), len(table) - 2)
-        share = (position - lower.astype(np.float32))[..., *(None,) * (table.ndim - 1)]
-        table = table.astype(np.float32)
-        return np.asarray(table[lower] + share * (table[lower + 1] - table[lower]))
-
-    def non_negative(self, weights: FloatArray) -> FloatArray:
-        """Move spectra that dip below zero towards a positive one of the same size, just as far as it takes.
-
-        The paper's method leaves them as they are.
-        """
-        if self.safe_weights is None:
-            return weights
-        safe = np.asarray(self.safe_weights, np.float32)
-        basis = self.basis.astype(np.float32)
-        safe_spectrum = safe @ basis
-        flat = weights.reshape(-1, 3)
-        size = np.maximum(flat @ basis.sum(-1) / safe_spectrum.sum(), 0.0)
-        share = np.zeros(len(flat), np.float32)
-        for spectrum, anchor in zip(
-            basis.T, safe_spectrum, strict=True
-        ):  # a wavelength at a time: little memory
-            value = flat @ spectrum
-            gap = size * anchor - value
-            share = np.maximum(share, np.where(value < 0, -value / np.maximum(gap, 1e-30), 0.0))
-        share = np.minimum(share * np.float32(1 + 1e-5), 1.0)[:, None]
-        moved = flat + share * (size[:, None] * safe - flat)
-        return np.asarray(moved.reshape(weights.shape), np.float32)
-
-    def relative_error(
-        self, weights: FloatArray, variance: FloatArray, cos_incidence: FloatArray
+    def _lifted(
+        self, weights: FloatArray, responses: FloatArray, functions: FloatArray, basis: int
     ) -> FloatArray:
-        """Expected relative RMS error of the recovered spectra, (...).
+        """Without negative parts: clipped, brought back into the span, and to the level that the responses have.
 
-        Three parts: what three channels cannot see of lights like those expected (the posterior of the prior), more
-        where the light is unlike them (its Mahalanobis distance), and the noise of the photographs.
-
-        Parameters
-        ----------
-        weights
-            (..., 3).
-        variance
-            (..., 3) variance of the responses.
-        cos_incidence
-            (...).
+        A last move towards a positive spectrum, just as far as it takes, removes what the span cannot.
         """
-        norm_squared = np.maximum(
-            (np.asarray(weights, np.float32) ** 2).sum(-1), 1e-30
-        )  # the basis is orthonormal
-        unlike = np.maximum(self._mahalanobis_squared(weights) / norm_squared / 3.0, 1.0)
-        inverse_squared = self._interpolated(self.inverses**2, cos_incidence).sum(-1)
-        noise = (np.asarray(variance, np.float32) * inverse_squared).sum(-1) / norm_squared
-        return np.asarray(np.sqrt(self._unseen_share * unlike + noise))
+        seen = (functions @ self.sensitivities * STEP_NM).astype(np.float32)
+        for _ in range(_CLIPPINGS):
+            weights = np.maximum(weights @ functions, 0) @ functions.T
+        fitted = weights @ seen
+        level = (fitted * responses).sum(-1) / np.maximum((fitted * fitted).sum(-1), _TINY)
+        weights = weights * np.maximum(level, 0)[:, None]
+        spectra = weights @ functions
+        safe, size = self._safe(spectra, basis)
+        floor = _MARGIN * size * (safe @ functions)
+        gap = np.maximum(size * (safe @ functions) - spectra, _TINY)
+        share = np.where(spectra < floor, (2 * floor - spectra) / gap, 0).max(-1, keepdims=True)
+        share = np.clip(share, 0, 1)
+        return np.asarray(weights + share * (size * safe - weights))
 
-    def confidence(self, weights: FloatArray, variance: FloatArray, cos_incidence: FloatArray) -> FloatArray:
-        """Confidence in 0..1: 1 / (1 + (e / 0.5)^2) for an expected relative error e; (...) float32."""
-        error = self.relative_error(weights, variance, cos_incidence)
-        return np.asarray(1.0 / (1.0 + (error / _FLAT_CONFIDENCE_AT) ** 2), np.float32)
+    def _safe(self, spectra: FloatArray, basis: int) -> tuple[FloatArray, FloatArray]:
+        """A positive spectrum's weights (K,), and the factors (N, 1) that give it the size of spectra (N, L)."""
+        if self.safe_weights is None:
+            raise ValueError("this method leaves spectra as they are")
+        safe = self.safe_weights[basis].astype(np.float32)
+        total = (safe @ self.bases[basis]).sum()
+        return safe, np.maximum(spectra.sum(-1, keepdims=True) / np.float32(total), 0)
 
-    @cached_property
-    def _unseen_share(self) -> float:
-        """Share of the expected light's energy outside the basis."""
-        seen = np.trace(self.basis @ self.covariance @ self.basis.T)
-        return float(1.0 - seen / np.trace(self.covariance))
+    def _floor(self, spectra: FloatArray, basis: int) -> FloatArray:
+        safe, size = self._safe(spectra, basis)
+        return np.asarray(_MARGIN * size * (safe @ self.bases[basis].astype(np.float32)))
 
-    def _mahalanobis_squared(self, weights: FloatArray) -> FloatArray:
-        precision = np.linalg.inv(self.basis @ self.covariance @ self.basis.T) * float(
-            np.trace(self.covariance)
-        )
-        return np.asarray(np.einsum("...k,kj,...j->...", weights, precision.astype(np.float32), weights))
+
+def _side_by_side(matrices: Sequence[FloatArray]) -> FloatArray:
+    return np.concatenate(matrices, axis=1).astype(np.float32)
 
 
 def error_of_confidence(confidence: float) -> float:
-    """The expected relative error that a confidence stands for: the inverse of `SpectralRecovery.confidence`.
+    """The expected relative error that a confidence stands for: the inverse of `Recovered.confidence`.
 
     Examples
     --------
     >>> error_of_confidence(0.5)
     0.5
     """
-    return float(_FLAT_CONFIDENCE_AT * np.sqrt(1.0 / max(confidence, 1e-6) - 1.0))
+    return float(_HALF_CONFIDENCE * np.sqrt(1.0 / max(confidence, 1e-6) - 1.0))
 
 
 def spectral_recovery(
     sensitivities: FloatArray,
-    ball_material: str | Mapping[str, float],
     families: Sequence[str],
     method: str = "family",
+    own_lights: FloatArray | None = None,
 ) -> SpectralRecovery:
-    """Prepare the recovery of spectra for a camera, a ball and the lamp families that may be present.
+    """Prepare the recovery of spectra for a camera and the lamp families that may be present.
 
     Parameters
     ----------
     sensitivities
-        (61, 3) camera sensitivities.
-    ball_material
-        As in `metals.ball_reflectance`.
+        (61, C) camera sensitivities: three channels, and three more for every filter.
     families
         Lamp families of `library.FAMILIES`, or "automatic".
     method
         One of `METHODS`.
+    own_lights
+        (N, 61) measured lights of the user's that may be there too.
 
     Raises
     ------
     SpectralDataError
-        If the method, a family or the material is unknown.
+        If the method or a family is unknown, or the channels do not differ.
 
     Examples
     --------
@@ -222,10 +336,10 @@ def spectral_recovery(
     >>> from .camera import camera_sensitivities
     >>> from .colorimetry import illuminant
     >>> camera = camera_sensitivities("Nikon 5100 (NPL)")
-    >>> recovery = spectral_recovery(camera, "SUS304", ["incandescent", "daylight"])
+    >>> recovery = spectral_recovery(camera, ["incandescent", "daylight"])
     >>> light = illuminant("A")
-    >>> responses = (light * ball_reflectance("SUS304", np.array(0.5))) @ camera * 5
-    >>> estimate = recovery.weights(responses, np.array(0.5)) @ recovery.basis
+    >>> found = recovery.recover(light @ camera * 5)
+    >>> estimate = found.weights @ recovery.bases[found.basis_index]
     >>> bool(np.linalg.norm(estimate - light) / np.linalg.norm(light) < 0.03)
     True
     """
@@ -233,20 +347,69 @@ def spectral_recovery(
         raise SpectralDataError(
             f'There is no recovery method "{method}". Choose one of {", ".join(METHODS)}.'
         )
-    reflectances = ball_reflectance(ball_material, np.linspace(0.0, 1.0, _COSINES))
-    covariance = prior_covariance(families)
-    lights = training_lights(families)
+    classes = light_classes([AUTOMATIC] if method == "automatic" else families, own_lights)
+    return recovery_for(classes, sensitivities, method)
+
+
+def recovery_for(
+    classes: Sequence[LightClass], sensitivities: FloatArray, method: str = "family"
+) -> SpectralRecovery:
+    """The recovery of light of some classes."""
+    channels = np.asarray(sensitivities, float) * STEP_NM
+    _check_channels(channels)
     if method == "paper":
-        basis, safe = principal_components(lights, 3), None
-    else:
-        nominal = reflectances[round(_NOMINAL_COSINE * (_COSINES - 1))]
-        basis = best_basis(covariance, sensitivities * nominal[:, None])
-        safe = _positive_weights(basis, lights)
-    return SpectralRecovery(basis, np.asarray(sensitivities), reflectances, covariance, safe, method)
+        lights = classes[0].spectra  # each class seen directly holds them all
+        basis = principal_components(lights, channels.shape[1])
+        estimate = inverse_estimate(lights, channels, basis)
+        return SpectralRecovery(
+            np.asarray(sensitivities), (estimate,), basis[None], None, basis.T @ basis / len(basis), method
+        )
+    estimates = tuple(wiener_estimate(light_class, channels) for light_class in classes)
+    examples = np.concatenate([light_class.spectra[light_class.members] for light_class in classes])
+    examples = examples[:: -(-len(examples) // _EXAMPLES)]
+    bases = _bases(estimates, np.asarray(sensitivities), examples @ channels)
+    safe = np.stack([_positive_weights(basis, examples) for basis in bases])
+    moment = np.mean([light_class.moment for light_class in classes], axis=0)
+    return SpectralRecovery(np.asarray(sensitivities), estimates, bases, safe, moment, method)
+
+
+def _check_channels(channels: FloatArray) -> None:
+    values = np.linalg.svd(channels / np.maximum(channels.max(0), 1e-30), compute_uv=False)
+    if not np.isfinite(channels).all() or values[-1] < _SINGULAR * values[0]:
+        raise SpectralDataError(
+            "Two of the channels see the same light, so no spectrum can be told from them. "
+            "Check the camera's sensitivities, and that the filter is not clear or black."
+        )
+
+
+def _bases(
+    estimates: Sequence[ClassEstimate], sensitivities: FloatArray, responses: FloatArray
+) -> FloatArray:
+    """One basis for all estimates if that takes no more than `MOST_WEIGHTS` functions, else one for each."""
+    by_class = np.concatenate([responses @ estimate.operator for estimate in estimates])
+    single = spanning(np.concatenate([by_class, np.maximum(by_class, 0)]), MOST_WEIGHTS, _TOLERANCE)
+    if not_held(by_class, single) < _TOLERANCE:
+        return single[None]
+    nothing = np.zeros((1, 1, sensitivities.shape[0]))
+    mixed = SpectralRecovery(sensitivities, tuple(estimates), nothing, None, nothing[0], "family")
+    chances = np.linspace(0.0, 1.0, 3)
+    likely = np.concatenate([mixed.probabilities(responses, np.full(len(responses), p)) for p in chances])
+    repeated = np.tile(responses, (len(chances), 1))
+    means = sum(
+        probability[:, None] * (repeated @ estimate.operator)
+        for probability, estimate in zip(likely.T, estimates, strict=True)
+    )
+    held = np.maximum(means, 0)
+    bases = [
+        spanning(held[likely.argmax(-1) == number], MOST_WEIGHTS, _TOLERANCE, first=estimate.operator)
+        for number, estimate in enumerate(estimates)
+    ]
+    functions = max(len(basis) for basis in bases)
+    return np.stack([np.pad(basis, ((0, functions - len(basis)), (0, 0))) for basis in bases])
 
 
 def _positive_weights(basis: FloatArray, lights: FloatArray) -> FloatArray:
-    """Weights of the mean light if its projection is positive, else of the projected light with the highest minimum."""
+    """Weights of the mean light, or of the light whose projection into the basis has the highest minimum."""
     relative = (lights / lights.mean(-1, keepdims=True)) @ basis.T
     candidates = np.concatenate([relative.mean(0, keepdims=True), relative])
     lowest = (candidates @ basis).min(-1)
@@ -254,4 +417,4 @@ def _positive_weights(basis: FloatArray, lights: FloatArray) -> FloatArray:
         raise SpectralDataError(
             "No light of these families is positive in their basis. Choose fewer lamp families."
         )
-    return np.asarray(candidates[0] if lowest[0] > 0 else candidates[int(lowest.argmax())])
+    return np.asarray(candidates[0] if lowest[0] > 0.02 else candidates[int(lowest.argmax())])

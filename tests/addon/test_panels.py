@@ -4,8 +4,8 @@ import bpy
 import pytest
 
 PANELS = (
-    "capture", "photographs", "camera", "ball", "probe", "lamps", "region_lights", "calibration", "world", "objects",
-    "render", "compare",
+    "capture", "photographs", "camera", "ball", "probe", "edits", "lamps", "region_lights", "calibration", "world",
+    "objects", "render", "compare",
 )  # fmt: skip
 
 

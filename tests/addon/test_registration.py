@@ -66,13 +66,22 @@ def test_menus_list_what_the_core_knows(in_extension, settings):
 @pytest.mark.parametrize(
     ("search", "typed", "found"),
     [
-        ("_camera_names", "nikon", "Nikon 5100 (NPL)"),
-        ("_ball_materials", "sus", "SUS304"),
-        ("_metal_names", "a", "Au"),
+        ("camera_names", "nikon", "Nikon 5100 (NPL)"),
+        ("ball_materials", "sus", "SUS304"),
+        ("ball_materials", "", "stainless steel"),
+        ("ball_materials", "karlsson ferritic", "Stainless steel: other/stainless_steel/Karlsson-ferritic"),
+        ("metal_names", "a", "Au"),
+        ("metal_names", "gold", "Gold"),
+        ("metal_names", "gold johnson", "Gold: main/Au/Johnson"),
+        ("metal_names", "babar cu", "Copper: main/Cu/Babar"),
+        ("reflectance_names", "dark skin", "BabelColor Average: dark skin"),
+        ("lamp_names", "led-rgb", "LED-RGB1"),
     ],
 )
 def test_search_fields_offer_names_of_the_core(in_extension, search, typed, found):
-    assert found in getattr(in_extension("properties"), search)(None, bpy.context, typed)
+    offered = [name for name, _ in getattr(in_extension("library_pickers"), search)(None, bpy.context, typed)]
+    assert found in offered
+    assert len(offered) == len(set(offered)) <= 250
 
 
 def test_enabling_loads_no_heavy_library(tmp_path, project_root):

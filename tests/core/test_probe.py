@@ -97,7 +97,9 @@ def test_every_file_is_there_and_they_agree(gym):
     spectra = np.einsum("hwk,hwkl->hwl", panorama.weights, panorama.bases[panorama.basis_index])
     from_layers = layers.weights @ layers.spectra
     assert layers.weights.min() >= 0
-    assert np.linalg.norm(from_layers - spectra) < 2e-3 * np.linalg.norm(spectra)
+    assert np.linalg.norm(from_layers - spectra) < 2e-2 * np.linalg.norm(
+        spectra
+    )  # three layers, more weights
     world = OpenEXR.File(str(gym / "world.exr"), separate_channels=True).channels()
     assert set(world) == {"R", "G", "B"}
     assert world["R"].pixels.dtype == np.float32

@@ -40,10 +40,8 @@ def extension_zip(project_root, builder, manifest, skip_unless_required) -> Path
     path = project_root / "dist" / name
     if not path.is_file():
         skip_unless_required("SPECTRAL_PROBE_REQUIRE_ZIP", "the zip is not built: python3 run.py build")
-    product = [
-        project_root / name
-        for name in ("blender_manifest.toml", "__init__.py", "properties.py", "result_properties.py")
-    ]
+    product = [project_root / "blender_manifest.toml", *project_root.glob("*.py")]
+    product.remove(project_root / "run.py")
     for folder in ("spectral_probe", "operators", "panels", "sample_scenes"):
         product += [file for file in (project_root / folder).rglob("*") if "__pycache__" not in file.parts]
     newest = max((file for file in product if file.is_file()), key=lambda file: file.stat().st_mtime)

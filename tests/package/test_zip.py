@@ -10,10 +10,11 @@ import pytest
 # What may be in it, as patterns of whole paths.
 PRODUCT = re.compile(
     r"""
-    blender_manifest\.toml | __init__\.py | (result_)?properties\.py | README\.md | CHANGELOG\.md | LICENSE
+    blender_manifest\.toml | __init__\.py | ([a-z]+_)?properties\.py | preferences\.py | library_pickers\.py
+    | README\.md | CHANGELOG\.md | LICENSE
     | (operators|panels)/[\w/]+\.py
     | spectral_probe/[\w/]+\.py
-    | spectral_probe/data/[^.][^/]*\.(csv|toml|json|npz|txt)
+    | spectral_probe/data/([\w-]+/)*[^./][^/]*\.(csv|toml|json|npz|txt)
     | sample_scenes/(?!.*/\.).*\.(dng|toml|csv|json|exr|tif|png|jpg|blend|md|txt)
     | wheels/[^/]+\.whl
     """,
@@ -49,7 +50,7 @@ def test_what_is_no_product_would_be_noticed(name):
 
 
 def test_it_holds_all_of_the_code(names, project_root):
-    code = {"__init__.py", "properties.py", "result_properties.py"}
+    code = {file.name for file in project_root.glob("*.py")} - {"run.py"}
     for folder in ("spectral_probe", "operators", "panels"):
         code |= {file.relative_to(project_root).as_posix() for file in (project_root / folder).rglob("*.py")}
     assert {name for name in names if name.endswith(".py")} == code

@@ -143,3 +143,17 @@ def test_keys_of_the_capture_and_its_geometry(write, tmp_path):
 def test_an_unknown_composition_is_refused(write):
     with pytest.raises(CaptureError, match='composition must be "blend" or "cut"'):
         load_capture(write('[panorama]\ncomposition = "mosaic"\n' + GOOD))
+
+
+def test_a_measured_ball_and_a_folder_of_cameras_are_relative_to_the_capture_file(write, tmp_path):
+    (tmp_path / "lists").mkdir()
+    (tmp_path / "lists" / "my ball.csv").write_text("400,0.5\n")
+    text = GOOD.replace("{ Fe = 0.74, Cr = 0.18, Ni = 0.08 }", '"lists/my ball.csv"')
+    capture = load_capture(write(text.replace("focal_px", 'sensitivities = "lists"\nfocal_px')))
+    assert capture.ball.material == str(tmp_path / "lists" / "my ball.csv")
+    assert capture.camera.sensitivities == tmp_path / "lists"
+    save_capture(capture, tmp_path / "again.toml")
+    assert 'material = "lists/my ball.csv"' in (tmp_path / "again.toml").read_text()
+    assert load_capture(tmp_path / "again.toml") == capture
+    with pytest.raises(CaptureError, match=r"\[ball\]: there is no file .*other\.csv"):
+        load_capture(write(text.replace("my ball", "other")))

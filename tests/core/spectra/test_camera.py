@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from spectral_probe.errors import SpectralDataError
-from spectral_probe.spectra.camera import camera_names, camera_sensitivities
+from spectral_probe.spectra.camera import (
+    camera_names,
+    camera_sensitivities,
+    cameras_in,
+    gains_lost,
+    gains_remark,
+)
 from spectral_probe.spectra.colorimetry import illuminant
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 
@@ -52,21 +58,32 @@ def test_curves_that_do_not_cover_the_visible_range(tmp_path):
         camera_sensitivities(file=write_csv(tmp_path / "short.csv", 430, 700))
 
 
+AMPAS_EMPTY = '{"spectral_data": {"index": {"main": ["R","G","B"]}, "data": {"main": {}}}}'
+
+
+def table(values):
+    """A camera's CSV from a function of the wavelength."""
+    rows = [f"{nm}," + ",".join(str(value) for value in values(nm)) for nm in range(380, 790, 10)]
+    return "nm,r,g,b\n" + "\n".join(rows) + "\n"
+
+
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("a.csv", "nothing here", "is no table of sensitivities"),
-        ("a.csv", "nm,r,g,b\n400,1,2,3\n500,1,x,3\n", "not four numbers"),
-        ("a.json", "{}", "not a camera file in AMPAS JSON"),
-        ("a.json", "[1, 2", "not a camera file in AMPAS JSON"),
-        ("a.csv", "nm,r,g,b\n400,1,2,nan\n700,1,1,3\n", "no table of finite numbers"),
+        ("a.csv", "nothing here", "has no table of a spectrum"),
+        ("a.csv", "nm,a\n400,1\n700,2\n", r"is no table of sensitivities: it has 1 column"),
         (
-            "a.json",
-            '{"spectral_data": {"index": {"main": ["R","G","B"]}, "data": {"main": {}}}}',
-            "no table of finite numbers",
+            "a.csv",
+            "nm,r,g,b\n400,1,2,3\n500,1,x,3\n700,1,2,3\n",
+            'a line among its numbers that is none: "500,1,x,3"',
         ),
-        ("a.csv", "nm,r,g,b\n400,1,1,3\n500,2,2,1\n700,1,1,3\n", "channels that are alike"),
-        ("a.csv", "nm,r,g,b\n400,0,2,3\n700,0,1,3\n", "channel without any sensitivity"),
+        ("a.json", "{}", "not a file in AMPAS JSON"),
+        ("a.json", "[1, 2", "not a file in AMPAS JSON"),
+        ("a.csv", table(lambda nm: (1, 1, np.nan if nm == 500 else 3)), 'no number at 500 nm in column "b"'),
+        ("a.json", AMPAS_EMPTY, "not a file in AMPAS JSON"),
+        ("a.csv", table(lambda nm: (nm, nm, 900 - nm)), "channels that are alike.*singular"),
+        ("a.csv", table(lambda nm: (0, nm, 900 - nm)), "channel without any sensitivity"),
+        ("a.csv", table(lambda nm: (-nm, nm, 900 - nm)), "negative sensitivity"),
         ("a.csv", "nm,r,g,b\n400,1,2,3\n400,1,2,3\n700,1,1,3\n", "lists a wavelength twice"),
     ],
 )
@@ -78,10 +95,40 @@ def test_files_that_are_none(tmp_path, name, text, message):
 
 
 def test_a_missing_file(tmp_path):
-    with pytest.raises(SpectralDataError, match="There is no file"):
+    with pytest.raises(SpectralDataError, match="There is no file at"):
         camera_sensitivities(file=tmp_path / "none.csv")
 
 
 def test_files_of_the_academys_collection(shared_dir):
     for file in sorted((shared_dir / "spectra" / "cameras").glob("*.csv")):
         assert camera_sensitivities(file=file).shape == (61, 3), file.name
+
+
+def test_curves_normalised_channel_by_channel_have_lost_their_gains():
+    curves = camera_sensitivities("Canon EOS 5D Mark II")
+    assert gains_remark("it", curves) is None
+    assert gains_lost(curves / curves.max(0))
+    assert "Calibrate" in gains_remark("it", curves / curves.max(0))
+    assert not gains_lost(camera_sensitivities("Rec.709"))
+
+
+def test_the_academys_cameras_that_lost_their_gains(shared_dir):
+    folder = shared_dir / "spectra" / "cameras"
+    lost = {name for name, file in cameras_in(folder).items() if gains_lost(camera_sensitivities(file=file))}
+    assert lost == {"ARRI D21", "Nikon D5100"}
+
+
+def test_a_folder_of_cameras(tmp_path):
+    write_csv(tmp_path / "Acme_One_380_780_5.csv", 380, 780)
+    (tmp_path / "lamp.csv").write_text("nm,value\n400,1\n700,1\n")
+    rows = {str(nm): [nm / 1000, (nm / 900) ** 2, (800 - nm) / 800] for nm in range(380, 785, 5)}
+    spectral = {"index": {"main": ["R", "G", "B"]}, "data": {"main": rows}}
+    header = {"manufacturer": "Acme", "model": "Two"}
+    (tmp_path / "second.json").write_text(json.dumps({"header": header, "spectral_data": spectral}))
+    assert list(cameras_in(tmp_path)) == ["Acme One", "Acme Two"]
+    for model in ("Acme Two", "acme_two", "second"):
+        assert camera_sensitivities(model, tmp_path).shape == (61, 3)
+    with pytest.raises(SpectralDataError, match=r'no camera called "Acme Too".*Did you mean "Acme Two"'):
+        camera_sensitivities("Acme Too", tmp_path)
+    with pytest.raises(SpectralDataError, match="holds 2 cameras"):
+        camera_sensitivities(None, tmp_path)

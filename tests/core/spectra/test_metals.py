@@ -66,7 +66,7 @@ def test_an_ideal_ball_reflects_everything():
 def test_unknown_names_get_a_suggestion():
     with pytest.raises(SpectralDataError, match=r'no metal called "Gould".*Did you mean "Au"'):
         refractive_index("Gould")
-    with pytest.raises(SpectralDataError, match=r'Did you mean "sus304"'):
+    with pytest.raises(SpectralDataError, match=r'Did you mean "SUS304"'):
         ball_reflectance("SUS 304", np.array(1.0))
     with pytest.raises(SpectralDataError, match="no page"):
         refractive_index("main/Au/Nobody")

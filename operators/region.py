@@ -1,0 +1,130 @@
+"""From the region in the panel to the texels of a panorama, and the job that edits the light there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from ..spectral_probe.errors import SpectralDataError
+from ..spectral_probe.model import Job, Region
+from .job import JobOperator
+from .polls import has_probe, has_region
+from .results import keep_edits
+from .settings import probe_folder
+
+if TYPE_CHECKING:
+    from ..spectral_probe.editing import Change, EditedLight
+    from ..spectral_probe.model import BoolArray, SpectralPanorama
+
+type Find = Callable[[SpectralPanorama], BoolArray]
+
+
+def region_from(settings: bpy.types.PropertyGroup) -> tuple[str, Find]:
+    """The region of the panel in words, and the function that finds its texels in a panorama.
+
+    Blender data are read here and not in the function, which may run in another thread.
+
+    Raises
+    ------
+    SpectralProbeError
+        If the corners or the mask cannot be used.
+    """
+    from ..spectral_probe.spectra.regions import check_region, describe, region_mask
+
+    if settings.kind == "MASK":
+        return _painted(settings.mask)
+    if settings.kind == "POLYGON":
+        region = Region(polygon_deg=corners_of(settings.polygon))
+    else:
+        seed = math.degrees(settings.azimuth) % 360.0, math.degrees(settings.elevation)
+        region = Region(seed_deg=(round(seed[0], 4), round(seed[1], 4)))
+    check_region(region)
+    return describe(region), lambda panorama: region_mask(region, panorama)
+
+
+def _painted(image: bpy.types.Image) -> tuple[str, Find]:
+    from ..spectral_probe.spectra.regions import checked_mask, mask_from_pixels
+    from .bridge.images import pixels_of
+
+    pixels, name = pixels_of(image), image.name
+
+    def find(panorama: SpectralPanorama) -> BoolArray:
+        mask = mask_from_pixels(pixels, *panorama.valid.shape, name)
+        return checked_mask(mask, panorama, f"mask {name}")
+
+    return f"mask {name}", find
+
+
+def corners_of(text: str) -> tuple[tuple[float, float], ...]:
+    """Corners of a polygon as written in the panel.
+
+    Raises
+    ------
+    SpectralDataError
+        If a corner is not two numbers.
+    """
+    corners = []
+    for corner in filter(None, (part.strip() for part in text.split(";"))):
+        try:
+            azimuth, elevation = (float(number) for number in corner.split(","))
+        except ValueError:
+            raise SpectralDataError(
+                f'"{corner}" is no corner. Write bearing,elevation; bearing,elevation; ... in degrees.'
+            ) from None
+        corners.append((azimuth, elevation))
+    return tuple(corners)
+
+
+class EditsLight(JobOperator):
+    """Mixin for operators that edit the probe's light: `edit` says how, the files are written, and the world follows."""
+
+    in_thread = True
+
+    def edit(self, context: bpy.types.Context) -> Callable[[SpectralPanorama], SpectralPanorama]:
+        """Read the settings and return what is to be done to the panorama; every operator has its own."""
+        raise NotImplementedError
+
+    def job(self, context: bpy.types.Context) -> Job[EditedLight]:
+        """Read the settings and start."""
+        from ..spectral_probe.editing import edit_light
+
+        settings = context.scene.spectral_probe
+        return edit_light(
+            probe_folder(settings), Path(bpy.path.abspath(settings.probe_directory)), self.edit(context)
+        )
+
+    def done(self, context: bpy.types.Context, result: Any) -> None:
+        """Keep the list of edits, and light the world with the new state."""
+        from .bridge.world import follow_light
+
+        settings = context.scene.spectral_probe
+        keep_edits(settings, result)
+        base = Path(bpy.path.abspath(settings.probe_directory))
+        follow_light(context.scene, base, result.directory / "world.exr")
+        self.report({"INFO"}, f"The probe has {len(result.edits)} glasses and lamps")
+
+
+class ChangesRegion(EditsLight):
+    """Mixin for operators that put something into the panel's region."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a probe and a region."""
+        return has_probe(cls, context) and has_region(cls, context)
+
+    def change(self, settings: bpy.types.PropertyGroup) -> Change:
+        """What to put there; every operator has its own."""
+        raise NotImplementedError
+
+    def edit(self, context: bpy.types.Context) -> Callable[[SpectralPanorama], SpectralPanorama]:
+        """Find the region, and put it there."""
+        from ..spectral_probe.spectra.edits import apply_edit
+
+        settings = context.scene.spectral_probe.region
+        change = self.change(settings)
+        where, find = region_from(settings)
+        return lambda panorama: apply_edit(panorama, change.of(panorama, where), find(panorama))

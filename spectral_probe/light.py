@@ -1,0 +1,91 @@
+"""From camera responses to the spectra of the light of every direction (eq. 7-10): which recovery where, and how sure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .composition import ResponsePanorama
+from .errors import SpectralDataError
+from .model import BoolArray, Job, Progress, SpectralPanorama
+from .parallel import in_parallel, row_blocks
+from .spectra.emitters import direct_probability, surface_luminance
+from .spectra.grid import WAVELENGTHS_NM
+from .spectra.recovery import MOST_WEIGHTS, Recovered, SpectralRecovery
+
+_MOST_BASES = 256
+
+
+@dataclass(frozen=True)
+class LightOf:
+    """The recovery for some directions: `where` (H, W), None for all; `channels` are those of the panorama it takes."""
+
+    recovery: SpectralRecovery
+    channels: int = 3
+    where: BoolArray | None = None
+
+
+def recover_light(
+    seen: ResponsePanorama, lights: Sequence[LightOf], provenance: Mapping[str, str]
+) -> Job[SpectralPanorama]:
+    """The spectral panorama of a panorama of camera responses.
+
+    Parameters
+    ----------
+    seen
+        The responses.
+    lights
+        One recovery for all directions, then those for parts; the last that holds for a direction is used.
+    provenance
+        For the file's header.
+
+    Raises
+    ------
+    SpectralDataError
+        If there are more bases than the file can number.
+    """
+    height, width = seen.valid.shape
+    first = np.cumsum([0, *(len(light.recovery.bases) for light in lights)])
+    if first[-1] > _MOST_BASES:
+        raise SpectralDataError("There are too many regions with lights of their own. Use fewer.")
+    yield Progress(0.0, "Telling lamps from surfaces")
+    luminance = seen.responses[..., :3] @ lights[0].recovery.to_luminance
+    surface = surface_luminance(luminance)
+    result = Recovered(
+        np.zeros((height, width, MOST_WEIGHTS), np.float32),
+        np.zeros((height, width), np.uint8),
+        np.zeros((height, width), np.float32),
+    )
+    for number, light in enumerate(lights):
+        yield Progress((number + 0.5) / (len(lights) + 1), "Recovering the spectra")
+
+        def recover(rows: slice, light: LightOf = light, first: int = int(first[number])) -> None:
+            where = np.ones_like(seen.valid[rows]) if light.where is None else light.where[rows]
+            if where.any():
+                found = light.recovery.recover(
+                    seen.responses[rows][where][:, : light.channels],
+                    seen.variance[rows][where][:, : light.channels],
+                    direct_probability(luminance[rows][where], surface),
+                )
+                result.weights[rows][where] = 0
+                result.weights[rows][where, : found.weights.shape[-1]] = found.weights
+                result.basis_index[rows][where] = found.basis_index + first
+                result.relative_error[rows][where] = found.relative_error
+
+        in_parallel(recover, row_blocks(width))
+    used = max(light.recovery.bases.shape[1] for light in lights)
+    bases = np.zeros((first[-1], used, len(WAVELENGTHS_NM)))
+    for number, light in enumerate(lights):
+        bases[first[number] : first[number + 1], : light.recovery.bases.shape[1]] = light.recovery.bases
+    return SpectralPanorama(
+        weights=np.ascontiguousarray(result.weights[..., :used]),
+        bases=bases,
+        basis_index=result.basis_index,
+        wavelengths_nm=WAVELENGTHS_NM,
+        valid=seen.valid,
+        confidence=np.where(seen.valid, result.confidence, 0).astype(np.float32),
+        provenance=provenance,
+        direction_error_rad=seen.direction_error_rad,
+    )
