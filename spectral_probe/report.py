@@ -14,7 +14,7 @@ from .geometry.registration import RegisteredView, ViewRegistration
 from .geometry.sampling import sampling
 from .known_light import Calibration
 from .model import Capture, SpectralPanorama
-from .spectra.camera import REC709
+from .spectra.camera import REC709, camera_sensitivities, gains_remark
 from .view import MeasuredView
 
 
@@ -50,7 +50,7 @@ def probe_report(
         "warnings": [
             *_warnings(views),
             *registration.warnings,
-            *(() if calibration is None else calibration.warnings),
+            *(_curves_remarks(capture, views) if calibration is None else calibration.warnings),
         ],
         "negative_fraction": _negative_fraction(panorama),
         "median_confidence": _median(panorama, panorama.confidence),
@@ -126,6 +126,15 @@ def _curves_used(capture: Capture, views: Sequence[MeasuredView]) -> str:
     return (
         capture.camera.sensitivities.name if capture.camera.sensitivities else capture.camera.model or REC709
     )
+
+
+def _curves_remarks(capture: Capture, views: Sequence[MeasuredView]) -> list[str]:
+    """What to say of a user's own curves that were used without calibration."""
+    file = capture.camera.sensitivities
+    if file is None or all(view.converted for view in views):
+        return []
+    remark = gains_remark(file.name, camera_sensitivities(capture.camera.model, file))
+    return [] if remark is None else [remark]
 
 
 def _warnings(views: Sequence[MeasuredView]) -> list[str]:

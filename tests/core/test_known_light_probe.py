@@ -178,6 +178,22 @@ def test_gains_from_a_card_put_the_colours_right(three_lamps, plain, folder):
     assert right.panorama.provenance["channel_gains"].count(",") == 2
 
 
+def test_curves_without_gains_ask_for_a_calibration(three_lamps, plain, folder):
+    """A user's own file, every curve at a peak of 1; once calibrated, nothing is said."""
+    peaks = three_lamps.camera / three_lamps.camera.max(0)
+    rows = [f"{nm:g},{r},{g},{b}" for nm, (r, g, b) in zip(WAVELENGTHS_NM, peaks, strict=True)]
+    (folder / "camera.csv").write_text("wavelength_nm,r,g,b\n" + "\n".join(rows))
+    camera = replace(plain.camera, model=None, sensitivities=folder / "camera.csv")
+    lamp = CalibrationSettings(light_at=(-70.0, 25.0), illuminant="A")
+    said, silent = (
+        build(replace(plain, camera=camera, calibration=calibration)).report["warnings"]
+        for calibration in (None, lamp)
+    )
+    assert len(said) == 1
+    assert "the gains of its channels are lost. Calibrate them" in said[0]
+    assert not silent
+
+
 def test_an_absolute_spectrum_gives_the_panorama_its_unit(three_lamps, plain, folder):
     room = replace(three_lamps, card=2.0 * illuminant("A"))
     settings = CalibrationSettings(patch_px=(6, 6, 22, 22), spectrum=folder / "A.csv", absolute=True)
