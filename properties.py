@@ -27,6 +27,7 @@ from .result_properties import (
     SPECTRAL_PROBE_PG_render,
     folder_path,
 )
+from .spectrum_properties import SPECTRAL_PROBE_PG_spectrum
 
 
 class SPECTRAL_PROBE_PG_photo(bpy.types.PropertyGroup):
@@ -267,6 +268,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+    spectrum: PointerProperty(type=SPECTRAL_PROBE_PG_spectrum)
     region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
     edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
 
@@ -348,6 +350,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_probe,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_comparison,
+        SPECTRAL_PROBE_PG_spectrum,
         *region_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,

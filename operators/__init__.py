@@ -20,6 +20,10 @@ from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
 from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
 from .seed_from_view import SPECTRAL_PROBE_OT_seed_from_view
+from .show_basis import SPECTRAL_PROBE_OT_show_basis
+from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
+from .show_sensitivities import SPECTRAL_PROBE_OT_show_sensitivities
+from .show_spectrum import SPECTRAL_PROBE_OT_show_spectrum
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
@@ -35,6 +39,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
         SPECTRAL_PROBE_OT_build_probe,
+        SPECTRAL_PROBE_OT_show_spectrum,
+        SPECTRAL_PROBE_OT_show_basis,
+        SPECTRAL_PROBE_OT_show_sensitivities,
+        SPECTRAL_PROBE_OT_show_confidence,
         SPECTRAL_PROBE_OT_add_glass,
         SPECTRAL_PROBE_OT_replace_lamp,
         SPECTRAL_PROBE_OT_remove_edit,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def build_and_write(capture: Capture, width_px: int | None, directory: Path) -> Job[Probe]:
     """Build the probe, as fine as the photographs where no width is given, and write its files."""
-    from ..spectral_probe.commands import check_folder
+    from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.probe import build_probe, write_outputs
 
     check_folder(directory)

@@ -33,7 +33,7 @@ def run(argv: list[str]) -> int:
 
 def render(arguments: argparse.Namespace) -> Job[Numbers]:
     """Open a scene and render it spectrally in the light of a probe."""
-    from ..spectral_probe.commands import check_folder
+    from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.files.probe_exr import read_probe
 
     probe = read_probe(arguments.probe)

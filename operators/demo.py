@@ -25,7 +25,8 @@ def demo(directory: Path) -> Job[Numbers]:
     Leaves in the folder: probe/ (the panorama), spectra/ (a lamp and a window against the truth), render/ (the spectral
     image and its RGB twin), comparison/ (dE2000 map, xy diagram, numbers) and sheet.png with all of it.
     """
-    from ..spectral_probe.commands import check_folder, probe
+    from ..spectral_probe.commands import probe
+    from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.files.probe_exr import read_probe
 
     truth = _truth()
@@ -58,7 +59,7 @@ def _truth() -> dict[str, Any]:
 
 def _spectra(directory: Path, truth: dict[str, Any]) -> Job[dict[str, Numbers]]:
     """The spectrum of one lamp and one window beside the true one (figs. 10 and 11)."""
-    from ..spectral_probe.commands import spectrum
+    from ..spectral_probe.spectrum_command import spectrum
 
     found: dict[str, Numbers] = {}
     for index, name in enumerate(("lamp", "window")):
@@ -149,6 +150,8 @@ def _plot(name: str, numbers: Numbers) -> Any:
         table["wavelength_nm"],
         table["radiance"],
         table["measured"],
+        np.stack([table["lower_95"], table["upper_95"]]),
         bearing_deg=(numbers["azimuth_deg"], numbers["elevation_deg"]),
         measured_label="true",
+        band_label="95 % band",
     )

@@ -63,3 +63,11 @@ def keep_comparison(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]
     kept.p95_de2000 = differences["p95"]
     kept.max_de2000 = differences["max"]
     kept.xy_shift = image["xy_shift"]
+
+
+def keep_spectrum(settings: bpy.types.PropertyGroup, numbers: Mapping[str, Any]) -> None:
+    """Keep the numbers of a direction's spectrum; 0 where one is not defined."""
+    kept = settings.spectrum
+    kept.has_numbers, kept.has_comparison = True, "gfc" in numbers
+    for name in ("confidence", "cct_kelvin", "duv", "ra", "rf", "gfc", "relative_rmse", "de2000_light"):
+        setattr(kept, name, numbers.get(name) or 0.0)

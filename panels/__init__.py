@@ -19,6 +19,7 @@ from .lists import (
 )
 from .main import SPECTRAL_PROBE_PT_main
 from .material import SPECTRAL_PROBE_PT_material
+from .plots import SPECTRAL_PROBE_PT_plots
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
 from .render import SPECTRAL_PROBE_PT_compare, SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
 
@@ -26,9 +27,9 @@ register, unregister = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PROBE_UL_views,
         SPECTRAL_PROBE_UL_photos,
+        SPECTRAL_PROBE_UL_edits,
         SPECTRAL_PROBE_UL_own_lights,
         SPECTRAL_PROBE_UL_region_lights,
-        SPECTRAL_PROBE_UL_edits,
         SPECTRAL_PROBE_PT_main,
         SPECTRAL_PROBE_PT_capture,
         SPECTRAL_PROBE_PT_photographs,
@@ -38,6 +39,7 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_calibration,
         SPECTRAL_PROBE_PT_ball,
         SPECTRAL_PROBE_PT_probe,
+        SPECTRAL_PROBE_PT_plots,
         SPECTRAL_PROBE_PT_edits,
         SPECTRAL_PROBE_PT_world,
         SPECTRAL_PROBE_PT_objects,

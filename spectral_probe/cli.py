@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import cli_filter
+from . import cli_filter, cli_spectrum
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
 from .model import Job, Progress
@@ -29,7 +29,7 @@ BAD_INPUT = 2
 STOPPED = 130
 _BAR_WIDTH = 28
 _LINE_EVERY_S = 10.0
-_LARGEST_WIDTH = 90  # of a blur in pixels, and of a disc in degrees
+_LARGEST_WIDTH = 90  # of a blur, in pixels
 _BLENDER_VERBS = ("demo", "render")
 
 
@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
     verbs: dict[str, Verb] = {
         "calibrate": _calibrate,
         "probe": _probe,
-        "spectrum": _spectrum,
+        "spectrum": cli_spectrum.run,
         "filter": cli_filter.run,
         "compare": _compare,
         "library": library,
@@ -142,27 +142,7 @@ def _parser() -> argparse.ArgumentParser:
         "--width", type=int, help="width of the panorama in pixels (default: as fine as the photographs)"
     )
 
-    spectrum = verb(
-        "spectrum",
-        "The spectrum of the light from one direction: CSV and plot.",
-        "spectrum out/probe.exr --at 30,45 --measured lamp.csv",
-    )
-    spectrum.add_argument("probe", type=Path, metavar="PROBE.exr", help="a recovered probe")
-    spectrum.add_argument(
-        "--at",
-        type=_bearing,
-        required=True,
-        metavar="AZIMUTH,ELEVATION",
-        help="compass bearing and elevation in degrees",
-    )
-    spectrum.add_argument(
-        "--measured", type=Path, metavar="FILE", help="a measured spectrum (CSV: nm, value)"
-    )
-    spectrum.add_argument(
-        "--radius", type=_positive, default=0.5, help="degrees to average over (default 0.5)"
-    )
-    _folder(spectrum, required=False, text="folder to write to (default: the probe's)")
-
+    cli_spectrum.add_words(verb("spectrum", cli_spectrum.TEXT, cli_spectrum.EXAMPLE))
     cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
 
     render = verb(
@@ -239,18 +219,6 @@ def _folder(
     )
 
 
-def _bearing(text: str) -> tuple[float, float]:
-    try:
-        azimuth, elevation = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f'"{text}" is no bearing such as 30,45') from None
-    if not (-90 <= elevation <= 90 and math.isfinite(azimuth)):
-        raise argparse.ArgumentTypeError(
-            f"{text}: the elevation is not between -90 and 90 degrees, or the bearing no number"
-        )
-    return azimuth % 360.0, elevation
-
-
 def _passes(text: str) -> int | str:
     return text if text == "all" else _count(text)
 
@@ -259,13 +227,6 @@ def _count(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f'"{text}" is no whole number above 0')
     return int(text)
-
-
-def _positive(text: str) -> float:
-    value = _not_negative(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError("the number must be above 0")
-    return value
 
 
 def _length(text: str) -> float:
@@ -327,14 +288,6 @@ def _probe(arguments: argparse.Namespace) -> Job[Numbers]:
     from . import commands
 
     return commands.probe(arguments.capture, arguments.output, arguments.width)
-
-
-def _spectrum(arguments: argparse.Namespace) -> Job[Numbers]:
-    from . import commands
-
-    return commands.spectrum(
-        arguments.probe, arguments.at, arguments.measured, arguments.output, arguments.radius
-    )
 
 
 def _compare(arguments: argparse.Namespace) -> Job[Numbers]:

@@ -14,8 +14,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .commands import check_folder
 from .errors import FileFormatError
+from .files.atomic import check_folder
 from .files.image_exr import write_rgb
 from .files.probe_exr import read_probe, write_layers, write_probe
 from .files.region_json import read_region

@@ -179,7 +179,7 @@ def write_entry(path: Path, passport: Passport, curves: Mapping[str, FloatArray]
     FileFormatError
         If the ending is another, or the folder cannot be written to.
     """
-    from .commands import check_folder
+    from .files.atomic import check_folder
 
     suffix = path.suffix.lower()
     if suffix not in {".csv", ".png", ".svg"}:

@@ -188,10 +188,11 @@ def _placed(view: MeasuredView) -> PlacedView:
 
 
 def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
-    """Write probe.exr, spectral.exr, layers.exr, world.exr, preview.png and report.json into a folder.
+    """Write probe.exr, spectral.exr, layers.exr, world.exr, preview.png, confidence.png and report.json into a folder.
 
     They take their places together at the end, the report last: a job that is stopped leaves an earlier probe as it was.
     """
+    from .figures.confidence import confidence_preview
     from .figures.panorama import panorama_preview, write_png
 
     directory = Path(directory)
@@ -209,6 +210,7 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
         write_rgb(folder / "world.exr", world, header={"comment": _WORLD_COMMENT})
         yield Progress(0.3, "Writing preview.png")
         write_png(folder / "preview.png", panorama_preview(probe.panorama))
+        write_png(folder / "confidence.png", confidence_preview(probe.panorama))
         yield Progress(0.4, "Writing spectral.exr")
         write_spectral_panorama(folder / "spectral.exr", probe.panorama)
         seconds = {**probe.report["seconds"], "writing": round(time.perf_counter() - start, 3)}

@@ -14,8 +14,9 @@ from ..spectra.colorimetry import adapted_to_d65
 from .chromaticity import draw_chromaticity, shifts_of
 from .difference import delta_e_picture, draw_scale
 from .display import Picture, exposure_for_white, tone_map
+from .numbers import numbers_line, spectrum_numbers
 from .panorama import draw_panorama
-from .spectrum import SpectrumPlot, draw_spectrum, numbers_line, spectrum_numbers
+from .spectrum import SpectrumPlot, draw_spectrum
 from .style import INK, SOFT_INK, axes_at, house_style, new_figure, show_picture
 from .table import HEAD, difference_rows, draw_table
 

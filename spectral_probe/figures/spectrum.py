@@ -1,11 +1,8 @@
-"""Plots of spectra: estimated against measured, a basis, a camera's sensitivities.
-
-They are figs. 10 and 11, 7 and 2 of the paper.
-"""
+"""Plots of spectra, estimated against measured, with the band of uncertainty: figs. 10 and 11 of the paper."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +13,22 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from ..model import FloatArray
 from ..spectra.colorimetry import colour_matching_functions, xyz_to_rec709
 from ..spectra.grid import WAVELENGTHS_NM
-from ..spectra.metrics import colour_temperature, goodness_of_fit, relative_rmse, scaled_to_energy
+from ..spectra.metrics import scaled_to_energy
 from .display import Picture, srgb_encoded
-from .style import BLUE, CURVE_COLOURS, INK, RGB_COLOURS, RULE, SOFT_INK, axes_at, house_style, new_figure
+from .numbers import comparison_lines, spectrum_numbers, wrapped
+from .style import BLUE, INK, RULE, SOFT_INK, axes_at, house_style, new_figure
 
-MINUS, THIN_SPACE = "\N{MINUS SIGN}", "\N{THIN SPACE}"
+__all__ = ["SpectrumPlot", "draw_spectrum", "spectrum_figure", "spectrum_numbers", "wavelength_axis"]
+
+WIDTH_IN = 6.0
+_LEFT_IN = 0.62
+_PLOT_IN = (5.18, 2.42)
+_LINE_IN = 0.19
+_FAMILY_IN = 0.17
+_FAMILIES_SHOWN = 4
+_TALLEST_BAND = (
+    2.2  # times the curves: a band that reaches higher leaves the plot, so that the curves stay legible
+)
 
 
 @dataclass(frozen=True)
@@ -43,40 +51,6 @@ class SpectrumPlot:
     band_label: str = "uncertainty"
 
 
-def spectrum_numbers(
-    wavelengths_nm: FloatArray,
-    estimated: FloatArray,
-    measured: FloatArray | None = None,
-    measured_label: str = "measured",
-) -> dict[str, str]:
-    """The numbers beside a plot, as text: GFC, relative RMSE and correlated colour temperature.
-
-    Examples
-    --------
-    >>> light = np.linspace(1.0, 2.0, 61)
-    >>> spectrum_numbers(WAVELENGTHS_NM, 3 * light, light)["GFC"]
-    '1.0000'
-    """
-    numbers = {}
-    temperature = _kelvin(wavelengths_nm, estimated)
-    if measured is not None:
-        numbers["GFC"] = _goodness_text(float(goodness_of_fit(estimated, measured)))
-        numbers["relative RMSE"] = f"{100 * float(relative_rmse(estimated, measured)):.1f}{THIN_SPACE}%"
-        temperature += f" ({measured_label} {_kelvin(wavelengths_nm, measured)})"
-    numbers["CCT"] = temperature
-    return numbers
-
-
-def _goodness_text(goodness: float) -> str:
-    """Four decimals, rounded down: 1.0000 is said of no imperfect fit."""
-    return f"{np.floor(goodness * 1e4 + 1e-6) / 1e4:.4f}"
-
-
-def _kelvin(wavelengths_nm: FloatArray, spectrum: FloatArray) -> str:
-    temperature = colour_temperature(spectrum, wavelengths_nm)
-    return "undefined" if temperature is None else f"{temperature[0]:.0f}{THIN_SPACE}K"
-
-
 def spectrum_figure(
     wavelengths_nm: FloatArray,
     estimated: FloatArray,
@@ -85,7 +59,8 @@ def spectrum_figure(
     *,
     title: str = "",
     band_label: str = "uncertainty",
-    numbers: Mapping[str, str] | None = None,
+    numbers: Iterable[Mapping[str, str]] | None = None,
+    families: Mapping[str, float] | None = None,
 ) -> Figure:
     """Estimated spectrum against the measured one, as figs. 10 and 11 of the paper.
 
@@ -102,28 +77,95 @@ def spectrum_figure(
     title
         What was measured.
     band_label
-        What the band is, such as "± 1 standard error".
+        What the band is, such as "95 % band".
     numbers
-        Text by name for the line below the title; by default GFC, relative RMSE and CCT.
+        Lines of text by name for below the title; by default `comparison_lines`.
+    families
+        Probabilities of lamp families; the likeliest are shown as bars below the plot.
 
     Returns
     -------
     Figure
     """
     plot = SpectrumPlot(title, wavelengths_nm, estimated, measured, band, band_label=band_label)
+    groups = comparison_lines(wavelengths_nm, estimated, measured) if numbers is None else numbers
+    shown = _likeliest(families or {})
+    families_in = 0.42 + _FAMILY_IN * len(shown) if shown else 0.0
     with house_style():
-        figure = new_figure(6.0, 3.9)
-        axes = axes_at(figure, 0.62, 0.78, 5.18, 2.42)
-        draw_spectrum(axes, plot)
-        figure.text(0.62 / 6.0, 1 - 0.30 / 3.9, title, fontsize=11, fontweight="bold", va="baseline")
-        shown = spectrum_numbers(wavelengths_nm, estimated, measured) if numbers is None else numbers
-        figure.text(0.62 / 6.0, 1 - 0.55 / 3.9, numbers_line(shown), color=SOFT_INK, va="baseline")
+        heading = wrapped([*title.split(" ")], _PLOT_IN[0], " ", fontsize=11, fontweight="bold")
+        lines = [
+            line
+            for group in groups
+            for line in wrapped(
+                [f"{name}\N{NO-BREAK SPACE} {value}" for name, value in group.items()], _PLOT_IN[0], "    "
+            )
+        ]
+        top_in = 0.30 + 0.2 * (len(heading) - 1) + 0.24 + _LINE_IN * len(lines)
+        height_in = top_in + _PLOT_IN[1] + 0.62 + families_in
+        figure = new_figure(WIDTH_IN, height_in)
+        for index, line in enumerate(heading):
+            _text(figure, 0.30 + 0.2 * index, line, fontsize=11, fontweight="bold")
+        for index, line in enumerate(lines):
+            _text(figure, 0.30 + 0.2 * (len(heading) - 1) + 0.24 + _LINE_IN * index, line, color=SOFT_INK)
+        draw_spectrum(axes_at(figure, _LEFT_IN, top_in, *_PLOT_IN), plot)
+        if shown:
+            _draw_families(figure, shown, top_in + _PLOT_IN[1] + 0.62)
     return figure
 
 
-def numbers_line(numbers: Mapping[str, str]) -> str:
-    """Numbers by name as one line of text."""
-    return "     ".join(f"{name}  {value}" for name, value in numbers.items())
+def _text(figure: Figure, top_in: float, text: str, **style: object) -> None:
+    height_in = figure.get_size_inches()[1]
+    figure.text(_LEFT_IN / WIDTH_IN, 1 - top_in / height_in, text, va="baseline", **style)  # type: ignore[arg-type]  # matplotlib's own
+
+
+def _likeliest(families: Mapping[str, float]) -> dict[str, float]:
+    """The likeliest families, and the others together.
+
+    Examples
+    --------
+    >>> _likeliest({"a": 0.5, "b": 0.2, "c": 0.1, "d": 0.1, "e": 0.06, "f": 0.04})
+    {'a': 0.5, 'b': 0.2, 'c': 0.1, 'd': 0.1, 'others': 0.1}
+    """
+    ordered = sorted(families.items(), key=lambda item: -item[1])
+    others = sum(share for _, share in ordered[_FAMILIES_SHOWN:])
+    return dict(ordered[:_FAMILIES_SHOWN]) | (
+        {"others": round(others, 9)} if len(ordered) > _FAMILIES_SHOWN else {}
+    )
+
+
+def _draw_families(figure: Figure, shares: Mapping[str, float], top_in: float) -> None:
+    """Bars of the probabilities of lamp families, from 0 to 1."""
+    names_in = 1.6
+    _text(figure, top_in + 0.1, "Probability of lamp families", color=SOFT_INK)
+    axes = axes_at(
+        figure, _LEFT_IN + names_in, top_in + 0.2, _PLOT_IN[0] - names_in - 0.5, _FAMILY_IN * len(shares)
+    )
+    rows = np.arange(len(shares))
+    values = np.clip(list(shares.values()), 0.0, 1.0)
+    axes.barh(rows, np.ones(len(shares)), height=0.55, color=RULE, alpha=0.45, linewidth=0)
+    axes.barh(rows, values, height=0.55, color=BLUE, linewidth=0)
+    for row, value in enumerate(values):
+        axes.text(1.012, row, _percent(float(value)), va="center", fontsize=7.5)
+    axes.set_xlim(0, 1)
+    axes.set_ylim(len(shares) - 0.5, -0.5)
+    axes.set_xticks([])
+    axes.set_yticks(rows, list(shares))
+    axes.tick_params(length=0)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def _percent(share: float) -> str:
+    """A probability in percent, with the sign of the limit where it rounds to none or all.
+
+    Examples
+    --------
+    >>> _percent(0.125), _percent(0.0003), _percent(0.9999)
+    ('12 %', '< 1 %', '> 99 %')
+    """
+    if 0 < share < 0.005:
+        return "< 1 %"
+    return "> 99 %" if 0.995 < share < 1 else f"{100 * share:.0f} %"
 
 
 def draw_spectrum(axes: Axes, plot: SpectrumPlot, *, axis_labels: bool = True) -> None:
@@ -135,9 +177,8 @@ def draw_spectrum(axes: Axes, plot: SpectrumPlot, *, axis_labels: bool = True) -
     if measured is not None:
         axes.plot(nm, measured, color=INK, linewidth=3.4, alpha=0.28, label=plot.measured_label)
     axes.plot(nm, estimated, color=BLUE, linewidth=1.5, label="estimated")
-    tops = [1.0, float(estimated.max())] + ([] if band is None else [float(band[1].max())])
-    lowest = min(0.0, float(estimated.min()), 0.0 if band is None else float(band[0].min()))
-    axes.set_ylim(1.06 * lowest, 1.06 * max(tops))
+    lowest, highest = _limits(estimated, measured, band)
+    axes.set_ylim(1.06 * lowest, 1.06 * highest)
     if lowest < 0:
         axes.axhline(0, color=RULE, linewidth=0.6, zorder=0)
     axes.legend(loc="best", handlelength=1.6, borderaxespad=0.2, labelspacing=0.3)
@@ -145,6 +186,18 @@ def draw_spectrum(axes: Axes, plot: SpectrumPlot, *, axis_labels: bool = True) -
     if axis_labels:
         axes.set_ylabel("relative spectral radiance")
     wavelength_axis(axes, nm, label=axis_labels)
+
+
+def _limits(
+    estimated: FloatArray, measured: FloatArray | None, band: FloatArray | None
+) -> tuple[float, float]:
+    """The lowest and the highest value shown: all of the curves, and the band as far as it lets them be seen."""
+    curves = np.concatenate([estimated, [0.0, 1.0], [] if measured is None else measured])
+    lowest, highest = float(np.nanmin(curves)), float(np.nanmax(curves))
+    if band is not None:
+        lowest = min(lowest, max(float(np.nanmin(band[0])), (1 - _TALLEST_BAND) * highest))
+        highest = max(highest, min(float(np.nanmax(band[1])), _TALLEST_BAND * highest))
+    return lowest, highest
 
 
 def _normalised(plot: SpectrumPlot) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
@@ -195,62 +248,3 @@ def wavelength_colours(first_nm: float, last_nm: float) -> Picture:
     rgb = 0.85 * rgb + 0.15 * peak  # paler, so that the curves stay the loudest
     rgb = rgb / np.sqrt(np.maximum(peak, 1e-6) * peak.max())
     return np.asarray(np.rint(255 * srgb_encoded(np.clip(rgb, 0, 1))), np.uint8)[None]
-
-
-def basis_figure(
-    wavelengths_nm: FloatArray, basis: FloatArray, *, title: str = "Basis of the light's spectra"
-) -> Figure:
-    """The basis functions E_1 .. E_K of eq. 7 (fig. 7 of the paper); `basis` is (K, L)."""
-    looks = [
-        (f"E{subscript(index + 1)}", CURVE_COLOURS[index % len(CURVE_COLOURS)]) for index in range(len(basis))
-    ]
-    return _curves_figure(wavelengths_nm, basis, looks, title, "basis function")
-
-
-def sensitivities_figure(
-    wavelengths_nm: FloatArray,
-    sensitivities: FloatArray,
-    *,
-    title: str = "Spectral sensitivities of the camera",
-) -> Figure:
-    """A camera's spectral sensitivities (fig. 2 of the paper); `sensitivities` is (L, 3) for R, G, B."""
-    peak = float(np.max(sensitivities))
-    curves = np.asarray(sensitivities, float).T / (peak if peak > 0 else 1.0)
-    looks = list(zip("RGB", RGB_COLOURS, strict=True))
-    return _curves_figure(wavelengths_nm, curves, looks, title, "relative sensitivity")
-
-
-def subscript(number: int) -> str:
-    """A whole number in subscript digits.
-
-    Examples
-    --------
-    >>> subscript(10)
-    '₁₀'
-    """
-    return "".join(chr(0x2080 + int(digit)) for digit in str(number))
-
-
-def _curves_figure(
-    wavelengths_nm: FloatArray,
-    curves: FloatArray,
-    looks: Sequence[tuple[str, str]],
-    title: str,
-    ylabel: str,
-) -> Figure:
-    """Curves (N, L) in one plot; `looks` are their names and colours."""
-    with house_style():
-        figure = new_figure(6.0, 3.6)
-        axes = axes_at(figure, 0.62, 0.55, 5.18, 2.38)
-        for curve, (label, colour) in zip(curves, looks, strict=True):
-            axes.plot(wavelengths_nm, curve, color=colour, label=label)
-        lowest, highest = min(0.0, float(np.min(curves))), float(np.max(curves))
-        margin = 0.06 * (highest - lowest or 1.0)
-        axes.set_ylim(lowest - (margin if lowest < 0 else 0), highest + margin)
-        if lowest < 0:
-            axes.axhline(0, color=RULE, linewidth=0.6, zorder=0)
-        axes.set_ylabel(ylabel)
-        axes.legend(loc="best", handlelength=1.6, ncols=min(3, len(looks)))
-        wavelength_axis(axes, np.asarray(wavelengths_nm))
-        figure.text(0.62 / 6.0, 1 - 0.32 / 3.6, title, fontsize=11, fontweight="bold", va="baseline")
-    return figure

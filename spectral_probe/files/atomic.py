@@ -1,11 +1,14 @@
-"""Files written whole or not at all."""
+"""Files written whole or not at all, into folders that can be written to."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from ..errors import FileFormatError
 
 
 @contextmanager
@@ -30,3 +33,18 @@ def written_whole(path: Path) -> Iterator[Path]:
         temporary = Path(folder) / path.name
         yield temporary
         temporary.replace(path)
+
+
+def check_folder(directory: Path) -> None:
+    """Refuse, before any work and without making anything, a folder that cannot be written to.
+
+    Raises
+    ------
+    FileFormatError
+        If the path, or what it lies in, is a file or may not be written to.
+    """
+    nearest = next(path for path in (directory, *directory.resolve().parents) if path.exists())
+    if not nearest.is_dir():
+        raise FileFormatError(f"{nearest} is a file, not a folder. Choose another folder to write to.")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise FileFormatError(f"The folder {nearest} may not be written to. Choose another.")

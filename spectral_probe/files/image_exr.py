@@ -16,7 +16,7 @@ from .atomic import written_whole
 type Header = dict[str, Any]
 
 
-def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str, str] | None = None) -> None:
+def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str, Any] | None = None) -> None:
     """Write an OpenEXR image, whole or not at all.
 
     Parameters
@@ -26,7 +26,7 @@ def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str,
     channels
         (H, W) arrays by channel name; float32 and float16 are kept as they are.
     header
-        Text attributes.
+        Attributes: text or numbers.
     """
     attributes: Header = {
         "compression": OpenEXR.ZIP_COMPRESSION,

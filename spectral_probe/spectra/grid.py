@@ -59,3 +59,30 @@ def resample(
     return np.stack([np.interp(onto_nm, known, row) for row in rows]).reshape(
         (*values.shape[:-1], len(onto_nm))
     )
+
+
+def resampling_matrix(
+    wavelengths_nm: FloatArray, onto_nm: FloatArray = WAVELENGTHS_NM, *, name: str = "the spectrum"
+) -> FloatArray:
+    """Matrix (N, L) that takes samples (..., N) onto another grid, as `resample` does; for images, in one product.
+
+    A sample stands for the light half a step to both sides of it: the first and the last are continued that far.
+
+    Raises
+    ------
+    SpectralDataError
+        If the samples do not cover `onto_nm`.
+
+    Examples
+    --------
+    >>> buckets_nm = np.array([402.5, 500.0, 697.5])
+    >>> (np.array([1.0, 2.0, 4.0]) @ resampling_matrix(buckets_nm))[[0, 20, 60]].tolist()
+    [1.0, 2.0, 4.0]
+    """
+    order = np.argsort(wavelengths_nm)
+    known, identity = np.asarray(wavelengths_nm, float)[order], np.eye(len(wavelengths_nm))[order]
+    if len(known) > 1:
+        ends = (known[0] - (known[1] - known[0]) / 2, known[-1] + (known[-1] - known[-2]) / 2)
+        known = np.concatenate([ends[:1], known, ends[1:]])
+        identity = identity[[0, *range(len(identity)), -1]]
+    return resample(known, identity.T, onto_nm, name=name)

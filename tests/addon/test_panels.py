@@ -4,7 +4,7 @@ import bpy
 import pytest
 
 PANELS = (
-    "capture", "photographs", "camera", "ball", "probe", "edits", "lamps", "region_lights", "calibration", "world",
+    "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "region_lights", "calibration", "world",
     "objects", "render", "compare",
 )  # fmt: skip
 
@@ -47,6 +47,10 @@ def filled(settings):
     known.calibration.has_ball_patch = True
     settings.probe.width_px, settings.probe.height_px = 1024, 512
     settings.probe.blind_fraction, settings.probe.seconds = 0.0123, 8.25
+    shown = settings.spectrum
+    shown.has_numbers, shown.has_comparison, shown.confidence = True, True, 0.9846
+    shown.cct_kelvin, shown.duv, shown.ra, shown.rf = 4224.2, -0.00182, 64.2, 70.1
+    shown.gfc, shown.relative_rmse, shown.de2000_light = 0.99996, 0.0312, 1.234
     settings.render.passes, settings.render.samples = 5, 64
     settings.render.seconds, settings.render.has_rgb, settings.render.rgb_seconds = 75.0, True, 12.0
     settings.comparison.directory, settings.comparison.mean_de2000 = "/render/comparison", 1.234
@@ -72,6 +76,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("region_lights", ["add_region_light", "remove_region_light"]),
         ("ball", ["detect_ball"]),
         ("probe", ["build_probe"]),
+        ("plots", ["show_spectrum", "show_basis", "show_confidence", "show_sensitivities"]),
         ("world", ["light_world"]),
         ("objects", ["add_object", "add_object", "add_object"]),
         ("render", ["render_spectral"]),
@@ -89,6 +94,7 @@ def test_each_stage_has_its_buttons(name, verbs, drawn):
     [
         ("ball", ["400.2, 300.0 px", "210.50, 210.10 px", "0.123 px"]),
         ("probe", ["1024 x 512 px", "1.23%", "8.2 s", "0.32 px", "1.5%"]),
+        ("plots", ["0.985", "4224 K", "-0.0018", "64, 70", "0.9999", "3.1%", "1.23"]),
         ("render", ["5 at 64 samples", "1 min 15 s", "12.0 s"]),
         ("compare", ["1.23"]),
     ],
@@ -101,6 +107,7 @@ def test_results_are_shown(name, results, drawn):
 
 def test_results_are_hidden_before_there_are_any(drawn):
     assert "Blind" not in texts(drawn(panel("probe")))
+    assert "CCT" not in texts(drawn(panel("plots")))
     assert not [text for text in texts(drawn(panel("compare"))) if "ΔE" in text]
 
 
@@ -109,6 +116,8 @@ def test_results_are_hidden_before_there_are_any(drawn):
     [
         ("ball", "detect_ball"),
         ("probe", "build_probe"),
+        ("plots", "show_spectrum"),
+        ("plots", "show_confidence"),
         ("render", "render_spectral"),
         ("compare", "compare"),
     ],

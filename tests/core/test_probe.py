@@ -92,7 +92,8 @@ def test_wrong_angles_are_refined(shared_dir):
 
 def test_every_file_is_there_and_they_agree(gym):
     names = {file.name for file in gym.iterdir()}
-    assert names == {"probe.exr", "spectral.exr", "layers.exr", "world.exr", "report.json", "preview.png"}
+    pictures = {"preview.png", "confidence.png"}
+    assert names == {"probe.exr", "spectral.exr", "layers.exr", "world.exr", "report.json"} | pictures
     panorama, layers = read_probe(gym / "probe.exr"), read_layers(gym / "layers.exr")
     spectra = np.einsum("hwk,hwkl->hwl", panorama.weights, panorama.bases[panorama.basis_index])
     from_layers = layers.weights @ layers.spectra
