@@ -14,6 +14,7 @@ import numpy as np
 
 from .errors import CaptureError
 from .model import FloatArray, ViewSettings
+from .spectra.glass import glass_transmittance
 from .spectra.grid import WAVELENGTHS_NM
 
 _LEAST_LIGHT = 1e-3
@@ -86,18 +87,12 @@ def _angles(view: ViewSettings) -> tuple[float, float, float]:
 
 
 def _transmittance(filter_name: str | Path | None) -> FloatArray:
-    from .files.spectrum_csv import read_spectrum_csv
-
-    curve = read_spectrum_csv(Path(str(filter_name)))[0]
+    curve = glass_transmittance(str(filter_name))
     name = Path(str(filter_name)).name
-    if curve.min() < 0 or curve.max() > 1.0:
-        raise CaptureError(
-            f"The filter {name} has transmittances from {curve.min():g} to {curve.max():g}. Give fractions between 0 and 1."
-        )
     if curve.mean() < _LEAST_LIGHT:
         raise CaptureError(f"The filter {name} lets no light through. Check its file.")
     if np.ptp(curve) < _LEAST_CHANGE * curve.max():
         raise CaptureError(
             f"The filter {name} is grey: it lets all wavelengths through alike and adds nothing. Use a coloured one."
         )
-    return np.asarray(curve)
+    return curve

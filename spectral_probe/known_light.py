@@ -13,7 +13,7 @@ from .errors import CaptureError
 from .files.spectrum_csv import read_spectrum_csv
 from .geometry.frames import bearing_to_direction
 from .geometry.registration import PlacedView, RegisteredView
-from .light_settings import CalibrationSettings
+from .light_settings import CalibrationSettings, Rectangle
 from .model import Capture, FloatArray
 from .patch import Patch, lamp_patch, mirrored_patch
 from .spectra.calibration import BallCorrection, ball_correction, channel_gains
@@ -105,6 +105,11 @@ def known_spectrum(settings: CalibrationSettings) -> FloatArray:
             )
         return np.asarray(light * reflectance)
     return np.asarray(light * settings.reflectance)
+
+
+def patch_of(settings: CalibrationSettings | None, view: int) -> Rectangle | None:
+    """The patch to measure in a view (counted from 0) for a calibration, None where there is none."""
+    return settings.patch_px if settings is not None and settings.view == view + 1 else None
 
 
 def calibrated(

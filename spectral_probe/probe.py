@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,20 +18,22 @@ from .errors import CaptureError
 from .files.image_exr import write_rgb
 from .files.probe_exr import write_layers, write_probe
 from .files.spectral_exr import write_spectral_panorama
+from .filters import FilterSets, filter_sets
 from .geometry.frames import camera_to_world
 from .geometry.panorama import WIDTHS, natural_width
-from .geometry.registration import PlacedView, register_views, small_panorama
+from .geometry.registration import PlacedView, ViewRegistration, register_with_partners, small_panorama
 from .geometry.sampling import sampling
 from .geometry.stitch import doubts
-from .light import LightOf, recover_light
-from .model import Capture, Job, LightLayers, Progress, SpectralPanorama, part
+from .known_light import Calibration, calibrated, calibration_note, check_calibration, patch_of
+from .light import recover_light
+from .model import Capture, FloatArray, Job, LightLayers, Progress, SpectralPanorama, part
+from .recoveries import Recoveries, recoveries_of
 from .render.layers import light_layers
 from .report import probe_report
 from .spectra.camera import REC709, camera_sensitivities
 from .spectra.colorimetry import panorama_xyz, xyz_to_rec709
-from .spectra.incidence import incidence_cosines
+from .spectra.incidence import IncidenceCorrection, incidence_cosines
 from .spectra.metals import ball_reflectance
-from .spectra.recovery import SpectralRecovery, spectral_recovery
 from .view import MeasuredView, measure_view
 
 _WORLD_COMMENT = "Scene-linear Rec.709, D65 white; Blender's equirectangular"
@@ -91,52 +93,92 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
     watch = _Stopwatch()
     yield Progress(0.0, "Preparing the spectral basis")
     with watch.stage("spectra"):  # before any photograph is read: wrong names must fail at once
-        recovery = _recovery(capture, converted=False)
-    measured: list[MeasuredView] = []
-    for number, settings in enumerate(capture.views, start=1):
-        share, label = (number - 1) / len(capture.views), f"View {number} of {len(capture.views)}"
-        yield Progress(0.02 + 0.5 * share, f"{label}: reading the photographs and finding the ball")
-        with watch.stage("photographs"):
-            measured.append(measure_view(capture, settings))
-    if len({view.converted for view in measured}) > 1:
-        raise CaptureError("Some views are raw and some converted photographs (JPEG). Use one kind.")
-    if measured[0].converted:
-        with watch.stage("spectra"):
-            recovery = _recovery(capture, converted=True)
-    yield Progress(0.52, "Registering the views" if len(measured) > 1 else "Measuring the sampling")
+        check_calibration(capture)
+        filters = filter_sets(capture.views)
+        camera = _sensitivities(capture, converted=False)
+        recoveries = recoveries_of(capture, filters.sensitivities(camera))
+    measured = yield from part(_measured(capture, filters, watch), 0.02, 0.52)
+    yield Progress(0.52, "Registering the views" if len(filters.leaders) > 1 else "Measuring the sampling")
     placed = [_placed(view) for view in measured]
     with watch.stage("registration"):
-        small = [small_panorama(view) for view in placed] if len(placed) > 1 else []
-        registration = register_views(placed, small)
-        doubt = np.zeros((1, 2, 4), np.float32)
-        if small:
-            turns = np.stack([view.turn for view in registration.views])
-            doubt = doubts(small, turns, np.stack([view.gain for view in registration.views]))
-        del small
+        registration, doubt = _registered(placed, filters)
+    with watch.stage("spectra"):
+        converted = measured[0].converted
+        camera = _sensitivities(capture, converted=True) if converted else camera
+        calibration = calibrated(capture, measured, placed, registration.views, camera)
+        if calibration is not None:
+            camera = camera / calibration.gains
+        if converted or calibration is not None:
+            recoveries = recoveries_of(capture, filters.sensitivities(camera))
     if width is None:
         width = natural_width([sampling(view.camera, view.ball, view.rotation) for view in placed])
     with watch.stage("panorama"):
-        correction = recovery.incidence_correction(
-            ball_reflectance(capture.ball.material, incidence_cosines())
+        corrections = _corrections(capture, recoveries, calibration)
+        composing = compose(
+            placed, registration, doubt, corrections, width, capture.composition, filters.group
         )
-        composing = compose(placed, registration, doubt, [correction], width, capture.composition)
         responses = yield from part(composing, 0.6, 0.85)
     with watch.stage("light"):
-        recovering = recover_light(responses, [LightOf(recovery)], _provenance(capture))
+        provenance = {**_provenance(capture), **calibration_note(calibration)}
+        recovering = recover_light(responses, recoveries.lights(responses), provenance)
         panorama = yield from part(recovering, 0.85, 0.95)
     yield Progress(0.95, "Writing the report")
-    report = probe_report(capture, measured, registration, responses, panorama, watch.seconds)
+    report = probe_report(capture, measured, registration, responses, panorama, watch.seconds, calibration)
     return Probe(panorama, report)
 
 
-def _recovery(capture: Capture, *, converted: bool) -> SpectralRecovery:
-    """How responses become spectra; converted pictures (JPEG) are Rec.709, whatever camera took them."""
-    sensitivities = (
-        camera_sensitivities(REC709)
-        if converted
-        else camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
-    )
-    return spectral_recovery(sensitivities, capture.families, capture.method)
+def _sensitivities(capture: Capture, *, converted: bool) -> FloatArray:
+    """Of the camera, (61, 3); converted pictures (JPEG) are Rec.709, whatever camera took them."""
+    if converted:
+        return camera_sensitivities(REC709)
+    return camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
+
+
+def _measured(capture: Capture, filters: FilterSets, watch: _Stopwatch) -> Job[list[MeasuredView]]:
+    """Every view of a capture, those without a filter first, which the others may take the ball's place from."""
+    found: dict[int, MeasuredView] = {}
+    order = sorted(range(len(capture.views)), key=lambda number: filters.group[number] > 0)
+    for done, number in enumerate(order):
+        label = f"View {number + 1} of {len(capture.views)}"
+        yield Progress(done / len(order), f"{label}: reading the photographs and finding the ball")
+        with watch.stage("photographs"):
+            found[number] = measure_view(
+                capture,
+                capture.views[number],
+                patch_of(capture.calibration, number),
+                found.get(filters.partner[number]),
+            )
+    if len({view.converted for view in found.values()}) > 1:
+        raise CaptureError("Some views are raw and some converted photographs (JPEG). Use one kind.")
+    return [found[number] for number in range(len(capture.views))]
+
+
+def _registered(views: Sequence[PlacedView], filters: FilterSets) -> tuple[ViewRegistration, FloatArray]:
+    """The views as registered, and (V, h, w) how little each is to be believed; those through a filter as their partners."""
+    leaders = list(filters.leaders)
+    small = [small_panorama(views[number]) for number in leaders] if len(leaders) > 1 else []
+    registration = register_with_partners(views, filters.partner, small)
+    doubt = np.zeros((1, 2, 4), np.float32)
+    if small:
+        leading = [registration.views[number] for number in leaders]
+        doubt = doubts(
+            small, np.stack([one.turn for one in leading]), np.stack([one.gain for one in leading])
+        )
+    return registration, doubt[[leaders.index(partner) for partner in filters.partner]]
+
+
+def _corrections(
+    capture: Capture, recoveries: Recoveries, calibration: Calibration | None
+) -> list[IncidenceCorrection]:
+    """How the ball is divided out of the responses without a filter, and through each."""
+    reflectances = ball_reflectance(capture.ball.material, incidence_cosines())
+    if calibration is not None and calibration.ball is not None:
+        reflectances = calibration.ball.applied(reflectances)
+    channels = recoveries.whole.sensitivities.shape[1]
+    return [
+        recoveries.whole.incidence_correction(reflectances, slice(first, first + 3))
+        for first in range(0, channels, 3)
+    ]
 
 
 def _placed(view: MeasuredView) -> PlacedView:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ from .composition import ResponsePanorama
 from .geometry.frames import panorama_solid_angles, view_angles
 from .geometry.registration import RegisteredView, ViewRegistration
 from .geometry.sampling import sampling
+from .known_light import Calibration
 from .model import Capture, SpectralPanorama
-from .spectra.camera import REC709
+from .spectra.camera import REC709, camera_sensitivities, gains_remark
 from .view import MeasuredView
 
 
@@ -23,6 +25,7 @@ def probe_report(
     composition: ResponsePanorama,
     panorama: SpectralPanorama,
     seconds: Mapping[str, float],
+    calibration: Calibration | None = None,
 ) -> dict[str, Any]:
     """The report's numbers, ready for JSON."""
     height, width = panorama.valid.shape
@@ -43,7 +46,12 @@ def probe_report(
         "blind_fraction": float(solid_angles[~panorama.valid].sum() / (4 * np.pi)),
         "clipped_everywhere_sr": composition.clipped_everywhere_sr,
         "camera_curves": _curves_used(capture, views),
-        "warnings": [*_warnings(views), *registration.warnings],
+        "calibration": None if calibration is None else calibration.described(),
+        "warnings": [
+            *_warnings(views),
+            *registration.warnings,
+            *(_curves_remarks(capture, views) if calibration is None else calibration.warnings),
+        ],
         "negative_fraction": _negative_fraction(panorama),
         "median_confidence": _median(panorama, panorama.confidence),
         "median_direction_error_deg": None
@@ -66,6 +74,7 @@ def _geometry(view: MeasuredView) -> dict[str, Any]:
     errors = sampling(view.camera, view.ball, np.eye(3)).direction_error_rad
     return {
         "photos": [photo.name for photo in view.settings.photos],
+        "filter": None if view.settings.filter is None else Path(view.settings.filter).name,
         "centre_px": list(view.outline.centre_px),
         "radius_px": list(view.outline.semi_axes_px),
         "outline_rms_px": view.outline.rms_px,
@@ -117,6 +126,15 @@ def _curves_used(capture: Capture, views: Sequence[MeasuredView]) -> str:
     return (
         capture.camera.sensitivities.name if capture.camera.sensitivities else capture.camera.model or REC709
     )
+
+
+def _curves_remarks(capture: Capture, views: Sequence[MeasuredView]) -> list[str]:
+    """What to say of a user's own curves that were used without calibration."""
+    file = capture.camera.sensitivities
+    if file is None or all(view.converted for view in views):
+        return []
+    remark = gains_remark(file.name, camera_sensitivities(capture.camera.model, file))
+    return [] if remark is None else [remark]
 
 
 def _warnings(views: Sequence[MeasuredView]) -> list[str]:

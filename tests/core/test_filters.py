@@ -61,8 +61,8 @@ def test_a_filtered_view_alone_is_refused(curve, green_filter):
 @pytest.mark.parametrize(
     ("transmittance", "message"),
     [
-        (np.full(61, 55.0), "between 0 and 1|fractions"),
-        (np.linspace(-0.2, 0.5, 61), "between 0 and 1|fractions"),
+        (np.full(61, 55.0), "in percent"),
+        (np.linspace(-0.2, 0.5, 61), "fractions from 0 to 1"),
         (np.zeros(61), "lets no light through"),
         (np.full(61, 0.25), "is grey"),
     ],
@@ -71,3 +71,10 @@ def test_useless_filters_are_refused(curve, transmittance, message):
     views = [ViewSettings(PHOTO), ViewSettings(PHOTO, filter=curve("filter.csv", transmittance))]
     with pytest.raises(SpectralProbeError, match=message):
         filter_sets(views)
+
+
+def test_glasses_are_filters_by_name():
+    sets = filter_sets([ViewSettings(PHOTO), ViewSettings(PHOTO, filter="green")])
+    assert sets.transmittances[1].argmax() == pytest.approx(26, abs=4)  # about 530 nm
+    with pytest.raises(SpectralProbeError, match='There is no glass "grene"'):
+        filter_sets([ViewSettings(PHOTO), ViewSettings(PHOTO, filter="grene")])

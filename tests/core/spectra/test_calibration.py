@@ -44,8 +44,9 @@ def test_an_absolute_spectrum_gives_recovered_spectra_its_scale():
     known, other = 0.012 * illuminant("A"), 0.0031 * illuminant("D65")
     published = NIKON / NIKON.max(0)
     gains = channel_gains(known @ (published * counts_per_radiance), known, published, absolute=True)
-    recovery = spectral_recovery(published / gains, "ideal", ["daylight"])
-    found = recovery.weights(other @ (published * counts_per_radiance), np.array(1.0)) @ recovery.basis
+    recovery = spectral_recovery(published / gains, ["daylight"])
+    recovered = recovery.recover(other @ (published * counts_per_radiance))
+    found = recovered.weights @ recovery.bases[recovered.basis_index]
     assert found.sum() == pytest.approx(other.sum(), rel=0.01)
     assert np.linalg.norm(found - other) < 0.02 * np.linalg.norm(other)
 
