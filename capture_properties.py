@@ -12,6 +12,8 @@ from bpy.props import (
     StringProperty,
 )
 
+from .library_pickers import lamp_names
+
 # Mirrors the lamp families of spectral_probe/spectra/library.py, which is too heavy to import when Blender
 # starts; a test compares the two.
 FAMILIES = (
@@ -42,12 +44,6 @@ def filter_file() -> object:
         f"These photographs were taken through a filter: its transmittance as a CSV ({_SPECTRUM} 0 to 1), or the name of a "
         "glass. They belong to the view without a filter that has the same angles",
     )
-
-
-def _illuminants(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.colorimetry import illuminant_names
-
-    return [name for name in illuminant_names() if typed.lower() in name.lower()]
 
 
 class SPECTRAL_PROBE_PG_own_light(bpy.types.PropertyGroup):
@@ -152,7 +148,7 @@ class SPECTRAL_PROBE_PG_calibration(bpy.types.PropertyGroup):
         name="Illuminant",
         description="Name of the light, such as A, D65 or FL11",
         default="A",
-        search=_illuminants,
+        search=lamp_names,
         search_options={"SUGGESTION"},
     )
     spectrum: file_path("Spectrum", f"Measured spectrum of the light: CSV, {_SPECTRUM}")

@@ -17,7 +17,8 @@ from .light_settings import CalibrationSettings, Rectangle
 from .model import Capture, FloatArray
 from .patch import Patch, lamp_patch, mirrored_patch
 from .spectra.calibration import BallCorrection, ball_correction, channel_gains
-from .spectra.colorimetry import illuminant
+from .spectra.curves import LIGHT, REFLECTANCE
+from .spectra.library import lamp_spectrum
 from .spectra.metals import ball_reflectance
 from .view import MeasuredView
 
@@ -89,21 +90,11 @@ def known_spectrum(settings: CalibrationSettings) -> FloatArray:
         If a file cannot be used, the illuminant is unknown, or values are negative or reflect more than all.
     """
     if settings.spectrum is not None:
-        light = read_spectrum_csv(settings.spectrum)[0]
+        light = read_spectrum_csv(settings.spectrum, quantity=LIGHT)[0]
     else:
-        light = np.array(illuminant(str(settings.illuminant)))
-    if light.min() < 0 or light.max() <= 0:
-        raise CaptureError(
-            "[calibration]: the light's spectrum has negative values or no light. Check the file."
-        )
+        light = np.array(lamp_spectrum(str(settings.illuminant)))
     if isinstance(settings.reflectance, Path):
-        reflectance = read_spectrum_csv(settings.reflectance)[0]
-        if reflectance.min() < 0 or reflectance.max() > 1.0 or reflectance.max() <= 0:
-            raise CaptureError(
-                f"{settings.reflectance.name} has reflectances from {reflectance.min():g} to {reflectance.max():g}. Give "
-                "fractions between 0 and 1."
-            )
-        return np.asarray(light * reflectance)
+        return np.asarray(light * read_spectrum_csv(settings.reflectance, quantity=REFLECTANCE)[0])
     return np.asarray(light * settings.reflectance)
 
 

@@ -9,13 +9,20 @@ import numpy as np
 
 from .composition import ResponsePanorama
 from .errors import SpectralDataError
+from .geometry.frames import panorama_solid_angles
+from .geometry.sphere import resized
 from .model import BoolArray, Job, Progress, SpectralPanorama
 from .parallel import in_parallel, row_blocks
+from .spectra.confidence import Recovered
 from .spectra.emitters import direct_probability, surface_luminance
 from .spectra.grid import WAVELENGTHS_NM
-from .spectra.recovery import MOST_WEIGHTS, Recovered, SpectralRecovery
+from .spectra.recorded import ENTRY, record
+from .spectra.recovery import MOST_WEIGHTS, SpectralRecovery
 
 _MOST_BASES = 256
+
+_KINDS_WIDTH = 256
+"""Width of the panorama on which the kinds of light are summed up."""
 
 
 @dataclass(frozen=True)
@@ -88,4 +95,22 @@ def recover_light(
         confidence=np.where(seen.valid, result.confidence, 0).astype(np.float32),
         provenance=provenance,
         direction_error_rad=seen.direction_error_rad,
+        further={
+            ENTRY: record(
+                [(int(start), light.recovery) for start, light in zip(first, lights, strict=False)], surface
+            )
+        },
     )
+
+
+def kinds_of_light(seen: ResponsePanorama, recovery: SpectralRecovery) -> dict[str, float]:
+    """Share of each kind of light, by name, in the light of all directions (its luminance), as the unfiltered photographs say."""
+    small = resized(seen.responses[..., :3], _KINDS_WIDTH)
+    luminance = small @ recovery.to_luminance
+    light = np.maximum(luminance, 0) * panorama_solid_angles(*luminance.shape)
+    likely = recovery.probabilities(small, direct_probability(luminance, surface_luminance(luminance)))
+    shares = np.einsum("hw,hwn->n", light, likely) / max(float(light.sum()), 1e-30)
+    return {
+        estimate.name: round(float(share), 4)
+        for estimate, share in zip(recovery.estimates, shares, strict=True)
+    }

@@ -123,7 +123,9 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
         recovering = recover_light(responses, recoveries.lights(responses), provenance)
         panorama = yield from part(recovering, 0.85, 0.95)
     yield Progress(0.95, "Writing the report")
-    report = probe_report(capture, measured, registration, responses, panorama, watch.seconds, calibration)
+    report = probe_report(
+        capture, measured, registration, responses, panorama, recoveries, watch.seconds, calibration
+    )
     return Probe(panorama, report)
 
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from .composition import ResponsePanorama
-from .errors import SpectralDataError
 from .files.spectrum_csv import read_spectrum_csv
 from .light import LightOf
 from .light_settings import Region, RegionLight
 from .model import BoolArray, Capture, FloatArray, SpectralPanorama
+from .spectra.curves import LIGHT
 from .spectra.grid import STEP_NM, WAVELENGTHS_NM
 from .spectra.measured_light import measured_light_recovery
 from .spectra.recovery import SpectralRecovery, spectral_recovery
@@ -94,9 +94,7 @@ def _growing(sensitivities: FloatArray) -> list[FloatArray]:
 
 def _light(path: Path) -> FloatArray:
     """A measured light, of unit norm."""
-    spectrum = read_spectrum_csv(path)[0]
-    if spectrum.min() < 0 or spectrum.max() <= 0:
-        raise SpectralDataError(f"{path.name} has negative values or no light. Give the spectrum of a lamp.")
+    spectrum = read_spectrum_csv(path, quantity=LIGHT)[0]
     return np.asarray(spectrum / np.linalg.norm(spectrum))
 
 

@@ -13,8 +13,13 @@ from .geometry.frames import panorama_solid_angles, view_angles
 from .geometry.registration import RegisteredView, ViewRegistration
 from .geometry.sampling import sampling
 from .known_light import Calibration
+from .light import kinds_of_light
 from .model import Capture, SpectralPanorama
-from .spectra.camera import REC709, camera_sensitivities, gains_remark
+from .recoveries import Recoveries
+from .spectra.advice import light_advice, recovery_advice
+from .spectra.camera import REC709, camera_file, camera_sensitivities, gains_remark
+from .spectra.posterior import metamer_risk
+from .spectra.recorded import light_posterior
 from .view import MeasuredView
 
 
@@ -24,10 +29,14 @@ def probe_report(
     registration: ViewRegistration,
     composition: ResponsePanorama,
     panorama: SpectralPanorama,
+    recoveries: Recoveries,
     seconds: Mapping[str, float],
     calibration: Calibration | None = None,
 ) -> dict[str, Any]:
     """The report's numbers, ready for JSON."""
+    kinds = kinds_of_light(composition, recoveries.everywhere[0])
+    whole = light_posterior(panorama, panorama.valid) if panorama.valid.any() else None
+    channels = composition.responses.shape[-1]
     height, width = panorama.valid.shape
     solid_angles = np.broadcast_to(panorama_solid_angles(height, width), (height, width))
     return {
@@ -51,7 +60,12 @@ def probe_report(
             *_warnings(views),
             *registration.warnings,
             *(_curves_remarks(capture, views) if calibration is None else calibration.warnings),
+            *recovery_advice(capture.method, capture.families, channels),
+            *light_advice(kinds),
         ],
+        "channels": channels,
+        "kinds_of_light": kinds,
+        "metamer_risk_de2000": None if whole is None else metamer_risk(whole.mean, whole.covariance),
         "negative_fraction": _negative_fraction(panorama),
         "median_confidence": _median(panorama, panorama.confidence),
         "median_direction_error_deg": None
@@ -123,17 +137,17 @@ def _bracket(view: MeasuredView) -> dict[str, Any]:
 def _curves_used(capture: Capture, views: Sequence[MeasuredView]) -> str:
     if all(view.converted for view in views):
         return REC709
-    return (
-        capture.camera.sensitivities.name if capture.camera.sensitivities else capture.camera.model or REC709
-    )
+    file = capture.camera.sensitivities
+    return camera_file(file, capture.camera.model).name if file else capture.camera.model or REC709
 
 
 def _curves_remarks(capture: Capture, views: Sequence[MeasuredView]) -> list[str]:
-    """What to say of a user's own curves that were used without calibration."""
-    file = capture.camera.sensitivities
-    if file is None or all(view.converted for view in views):
+    """What to say of curves that were used without calibration."""
+    name = _curves_used(capture, views)
+    if name == REC709:
         return []
-    remark = gains_remark(file.name, camera_sensitivities(capture.camera.model, file))
+    curves = camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
+    remark = gains_remark(name, curves)
     return [] if remark is None else [remark]
 
 
@@ -156,6 +170,8 @@ def _warnings(views: Sequence[MeasuredView]) -> list[str]:
 
 def _negative_fraction(panorama: SpectralPanorama) -> float:
     """Share of spectral samples below zero (only the paper's method leaves any)."""
-    basis = panorama.bases[0].astype(np.float32)
-    count: int = sum(int(((panorama.weights @ column) < 0).sum()) for column in basis.T)
-    return float(count / (panorama.valid.size * basis.shape[-1]))
+    count = 0
+    for index, basis in enumerate(panorama.bases.astype(np.float32)):
+        weights = panorama.weights[panorama.basis_index == index]
+        count += sum(int(((weights @ column) < 0).sum()) for column in basis.T)
+    return float(count / (panorama.valid.size * panorama.bases.shape[-1]))

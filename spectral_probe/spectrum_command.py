@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,13 @@ from .files.region_json import read_region
 from .files.spectrum_csv import read_spectrum_csv
 from .geometry.frames import bearing_to_direction, panorama_directions, panorama_solid_angles
 from .model import BoolArray, FloatArray, Job, Progress, SpectralPanorama
-from .spectra.edits import edited_confidence
+from .spectra.confidence import error_of_confidence
+from .spectra.curves import LIGHT
+from .spectra.edits import edited_confidence, recovered_index
 from .spectra.grid import WAVELENGTHS_NM, resample
 from .spectra.metrics import SpectrumComparison, compare_spectra, light_numbers, scaled_to_energy
-from .spectra.recovery import error_of_confidence
+from .spectra.posterior import Posterior, metamer_risk
+from .spectra.recorded import light_posterior
 from .spectra.regions import mean_spectrum, region_mask
 
 type Numbers = dict[str, Any]
@@ -129,7 +132,8 @@ def region_spectrum(panorama: SpectralPanorama, chosen: BoolArray) -> DirectionS
     shares = solid_angles / solid_angles.sum()
     spectrum = mean_spectrum(panorama, chosen)
     confidence = float(shares @ edited_confidence(panorama)[chosen])
-    error = error_of_confidence(confidence) * np.linalg.norm(spectrum) / np.sqrt(len(panorama.wavelengths_nm))
+    known = light_posterior(panorama, chosen)
+    error = _standard_error(panorama, chosen, spectrum, confidence, known)
     direction_error = None
     if panorama.direction_error_rad is not None:
         direction_error = float(np.degrees(shares @ panorama.direction_error_rad[chosen]))
@@ -138,12 +142,33 @@ def region_spectrum(panorama: SpectralPanorama, chosen: BoolArray) -> DirectionS
     return DirectionSpectrum(
         panorama.wavelengths_nm,
         spectrum,
-        np.full(len(panorama.wavelengths_nm), error),
+        error,
         confidence,
         direction_error,
         float(solid_angles.sum()),
         basis[np.abs(basis).max(-1) > 0],
+        None if known is None else known.kinds,
+        None if known is None else metamer_risk(known.mean, known.covariance),
+        None if known is None else known.residual,
     )
+
+
+def _standard_error(
+    panorama: SpectralPanorama,
+    chosen: BoolArray,
+    spectrum: FloatArray,
+    confidence: float,
+    known: Posterior | None,
+) -> FloatArray:
+    """Of the mean spectrum (L,); the same at every wavelength where the probe tells no more than a confidence."""
+    nm = panorama.wavelengths_nm
+    if known is None:
+        error = error_of_confidence(confidence) * np.linalg.norm(spectrum) / np.sqrt(len(nm))
+        return np.full(len(nm), error)
+    own = replace(panorama, basis_index=recovered_index(panorama))  # a glass multiplies light and error alike
+    before = mean_spectrum(own, chosen)
+    edited = np.where(before > 0, spectrum / np.where(before > 0, before, 1.0), 1.0)
+    return np.asarray(edited * np.interp(nm, WAVELENGTHS_NM, known.standard_error))
 
 
 def spectrum(
@@ -180,7 +205,7 @@ def spectrum(
     FileFormatError
         If a file cannot be used or nothing was seen there, or neither or both of `at` and `region_path` are given.
     """
-    measured = None if measured_path is None else read_spectrum_csv(measured_path)[0]
+    measured = None if measured_path is None else read_spectrum_csv(measured_path, quantity=LIGHT)[0]
     yield Progress(0.1, "Reading the probe")
     panorama = read_panorama(probe_path)
     directory = probe_path.parent if directory is None else directory

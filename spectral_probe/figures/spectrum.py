@@ -136,7 +136,7 @@ def _likeliest(families: Mapping[str, float]) -> dict[str, float]:
 def _draw_families(figure: Figure, shares: Mapping[str, float], top_in: float) -> None:
     """Bars of the probabilities of lamp families, from 0 to 1."""
     names_in = 1.6
-    _text(figure, top_in + 0.1, "Probability of lamp families", color=SOFT_INK)
+    _text(figure, top_in + 0.1, "What kind of light this probably is", color=SOFT_INK)
     axes = axes_at(
         figure, _LEFT_IN + names_in, top_in + 0.2, _PLOT_IN[0] - names_in - 0.5, _FAMILY_IN * len(shares)
     )

@@ -43,17 +43,6 @@ def colour_matching_functions() -> FloatArray:
     return _read_only(on_grid(colour.MSDS_CMFS[_OBSERVER]))
 
 
-def illuminant_names() -> tuple[str, ...]:
-    """Names of the CIE illuminants and light sources that `illuminant` knows.
-
-    Examples
-    --------
-    >>> "FL11" in illuminant_names()
-    True
-    """
-    return (*colour.SDS_ILLUMINANTS, *colour.SDS_LIGHT_SOURCES)
-
-
 @cache
 def illuminant(name: str) -> FloatArray:
     """Relative spectral power of a CIE illuminant or light source of colour-science, (61,).

@@ -7,7 +7,7 @@ between the kinds they are the differences of their estimates, weighted by how p
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,6 +54,11 @@ class Posterior:
         return float(
             np.sqrt(max(np.trace(self.covariance), 0)) / max(float(np.linalg.norm(self.mean)), 1e-30)
         )
+
+    def at_least(self, relative_error: float) -> Posterior:
+        """The same with all errors raised alike where they are smaller than a relative error."""
+        factor = max(relative_error / max(self.relative_error, 1e-30), 1.0)
+        return replace(self, covariance=self.covariance * factor**2)
 
 
 def posterior(

@@ -23,7 +23,7 @@ MIXED = "mixed"
 REFLECTED = "reflected"
 """Name of the class of lamp light that a surface has reflected."""
 
-OTHER = "other"
+OTHER = "unexpected"
 """Name of the class of light from lamps of families that were not said to be present."""
 
 ALIKE = 0.995
@@ -118,7 +118,7 @@ def light_classes(families: Sequence[str], own: FloatArray | None = None) -> tup
     Examples
     --------
     >>> [light_class.name for light_class in light_classes(["incandescent", "daylight"])]
-    ['incandescent', 'daylight', 'mixed', 'reflected', 'other']
+    ['incandescent', 'daylight', 'mixed', 'reflected', 'unexpected']
     """
     named = {family: training_lights([family]) for family in check_families(families)}
     if own is not None and len(own):

@@ -24,6 +24,7 @@ from ..errors import SpectralDataError
 from ..model import FloatArray
 from .basis import not_held, principal_components, spanning
 from .colorimetry import colour_matching_functions
+from .confidence import Recovered
 from .estimates import ClassEstimate, inverse_estimate, wiener_estimate
 from .grid import STEP_NM
 from .incidence import NOISE, IncidenceCorrection, incidence_correction
@@ -59,28 +60,7 @@ _STRANGE = 4.0
 _PAPER_NOISE = 1e-6
 """The paper inverts as if there were no noise; this only keeps the inverse defined."""
 
-_HALF_CONFIDENCE = 0.5
-"""Relative error at which confidence is one half."""
-
 _TINY = np.float32(1e-30)
-
-
-@dataclass(frozen=True)
-class Recovered:
-    """What an image of responses became.
-
-    `weights` (..., K) float32 are those of the basis `basis_index` (...); `relative_error` (...) is the expected RMS error of the
-    spectrum over its RMS.
-    """
-
-    weights: FloatArray
-    basis_index: npt.NDArray[np.uint8]
-    relative_error: FloatArray
-
-    @property
-    def confidence(self) -> FloatArray:
-        """Confidence in 0..1: 1 / (1 + (e / 0.5)^2) for an expected relative error e; (...) float32."""
-        return np.asarray(1.0 / (1.0 + (self.relative_error / _HALF_CONFIDENCE) ** 2), np.float32)
 
 
 @dataclass(frozen=True)
@@ -296,17 +276,6 @@ class SpectralRecovery:
 
 def _side_by_side(matrices: Sequence[FloatArray]) -> FloatArray:
     return np.concatenate(matrices, axis=1).astype(np.float32)
-
-
-def error_of_confidence(confidence: float) -> float:
-    """The expected relative error that a confidence stands for: the inverse of `Recovered.confidence`.
-
-    Examples
-    --------
-    >>> error_of_confidence(0.5)
-    0.5
-    """
-    return float(_HALF_CONFIDENCE * np.sqrt(1.0 / max(confidence, 1e-6) - 1.0))
 
 
 def spectral_recovery(

@@ -115,7 +115,7 @@ def brighter_card(room):
         (CalibrationSettings(patch_px=(190, 190, 210, 195), illuminant="A"), "leaves the photograph of 200 x 200"),
         (CalibrationSettings(patch_px=(10, 10, 12, 20), illuminant="A"), "smaller than 3 x 3 pixels"),
         (CalibrationSettings(patch_px=CARD, illuminant="A", view=2), "names view 2, but there are 1"),
-        (CalibrationSettings(patch_px=CARD, illuminant="No Lamp"), 'no light called "No Lamp"'),
+        (CalibrationSettings(patch_px=CARD, illuminant="No Lamp"), 'no lamp called "No Lamp"'),
         (CalibrationSettings(patch_px=CARD, illuminant="A", ball_patch_px=(2, 2, 9, 9)), "does not lie on the ball"),
         (CalibrationSettings(patch_px=CARD, illuminant="A", ball_patch_px=(98, 14, 103, 19)), "on the ball's rim"),
         (CalibrationSettings(light_at=(0.0, 0.0), illuminant="A"), "no view sees light_at"),

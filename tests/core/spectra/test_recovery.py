@@ -6,13 +6,14 @@ import pytest
 from spectral_probe.errors import SpectralDataError
 from spectral_probe.spectra.camera import camera_sensitivities
 from spectral_probe.spectra.colorimetry import delta_e_2000, illuminant, spectra_to_xyz, white_xyz
+from spectral_probe.spectra.confidence import Recovered, error_of_confidence
 from spectral_probe.spectra.grid import STEP_NM, WAVELENGTHS_NM
 from spectral_probe.spectra.incidence import incidence_cosines
 from spectral_probe.spectra.library import FAMILIES as ALL_FAMILIES
 from spectral_probe.spectra.library import daylight, planck, surface_reflectances, training_lights
 from spectral_probe.spectra.metals import ball_reflectance
 from spectral_probe.spectra.metrics import goodness_of_fit
-from spectral_probe.spectra.recovery import Recovered, error_of_confidence, spectral_recovery
+from spectral_probe.spectra.recovery import spectral_recovery
 
 CAMERA = camera_sensitivities("Nikon 5100 (NPL)")
 FAMILIES = ("incandescent", "daylight")

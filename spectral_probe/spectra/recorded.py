@@ -1,0 +1,148 @@
+"""What a probe remembers of its recovery, and what that says of its light: so probe.exr alone answers how sure it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import FileFormatError
+from ..geometry.frames import panorama_solid_angles
+from ..model import BoolArray, FloatArray, SpectralPanorama
+from .confidence import error_of_confidence
+from .edits import edited_mask, recovered_index
+from .emitters import direct_probability
+from .estimates import ClassEstimate
+from .grid import STEP_NM, WAVELENGTHS_NM, resample
+from .posterior import Posterior, posterior
+from .recovery import SpectralRecovery
+
+ENTRY = "recovery"
+"""Name of the entry in `SpectralPanorama.further`."""
+
+_KEPT = 0.999
+"""Share of the variance of an estimate's errors that is remembered by their principal components."""
+
+_DIGITS = 7
+
+
+def record(lights: Sequence[tuple[int, SpectralRecovery]], surface: float) -> dict[str, Any]:
+    """The recoveries of a panorama, for `SpectralPanorama.further`.
+
+    Parameters
+    ----------
+    lights
+        Each recovery with the number of its first basis.
+    surface
+        `emitters.surface_luminance` of the panorama.
+    """
+    return {
+        "surface_luminance": float(surface),
+        "lights": [
+            {
+                "bases": [first, len(recovery.bases)],
+                "method": recovery.method,
+                "sensitivities": _rounded(recovery.sensitivities),
+                "estimates": [_estimate_entry(estimate) for estimate in recovery.estimates],
+            }
+            for first, recovery in lights
+        ],
+    }
+
+
+def _estimate_entry(estimate: ClassEstimate) -> dict[str, Any]:
+    values, vectors = np.linalg.eigh(estimate.error)
+    values = np.asarray(np.maximum(values[::-1], 0))
+    count = 1 + int(np.searchsorted(np.cumsum(values), _KEPT * values.sum()))
+    whole = float(
+        values.sum() / max(float(values[:count].sum()), 1e-30)
+    )  # what is left out raises the others alike
+    scaled = vectors[:, ::-1][:, :count] * np.sqrt(values[:count] * whole)
+    return {
+        "name": estimate.name,
+        "share": estimate.share,
+        "direct": estimate.direct,
+        "operator": _rounded(estimate.operator),
+        "precision": _rounded(estimate.precision),
+        "error_components": _rounded(scaled.T),
+    }
+
+
+def _rounded(values: FloatArray) -> Any:
+    return np.vectorize(lambda value: float(f"{value:.{_DIGITS}g}"))(values).tolist()
+
+
+def light_posterior(panorama: SpectralPanorama, chosen: BoolArray) -> Posterior | None:
+    """What is known of the mean spectrum of some texels (H, W) of a panorama, before any edit, all seen.
+
+    None where the probe does not tell how it was recovered, or where the texels' light was replaced by another lamp's. Where
+    the texels were recovered in different ways the answer is that of most of them.
+
+    Raises
+    ------
+    FileFormatError
+        If the probe's header is damaged.
+    """
+    entry = panorama.further.get(ENTRY)
+    replaced = [
+        edited_mask(panorama, number)
+        for number, edit in enumerate(panorama.edits)
+        if edit.kind == "lamp" and edit.keeps != "surfaces"
+    ]
+    if entry is None or any((mask & chosen).any() for mask in replaced):
+        return None
+    try:
+        return _light_posterior(panorama, chosen, entry)
+    except (KeyError, TypeError, ValueError, IndexError, np.linalg.LinAlgError):
+        raise FileFormatError(
+            "The probe's header is damaged. Build the probe again from its capture."
+        ) from None
+
+
+def _light_posterior(
+    panorama: SpectralPanorama, chosen: BoolArray, entry: Mapping[str, Any]
+) -> Posterior | None:
+    index = recovered_index(panorama)[chosen]
+    weights = panorama.weights[chosen]
+    solid_angles = np.broadcast_to(panorama_solid_angles(*chosen.shape), chosen.shape)[chosen]
+    ways = [(index >= light["bases"][0]) & (index < sum(light["bases"])) for light in entry["lights"]]
+    most = int(np.argmax([solid_angles[way].sum() for way in ways]))
+    way, light = ways[most], entry["lights"][most]
+    recovery = _recovery(panorama, light)
+    shares = solid_angles[way] / solid_angles[way].sum()
+    bases = resample(panorama.wavelengths_nm, panorama.bases, WAVELENGTHS_NM, name="the panorama's basis")
+    to_responses = bases @ (recovery.sensitivities * STEP_NM)
+    responses = np.einsum("nk,nkc->nc", weights[way], to_responses[index[way]])
+    luminance = responses[:, :3] @ recovery.to_luminance
+    direct = float(shares @ direct_probability(luminance, float(entry["surface_luminance"])))
+    known = posterior(recovery, shares @ responses, direct=direct)
+    stated = error_of_confidence(float(shares @ panorama.confidence[chosen][way]))
+    return known.at_least(stated)  # the texels' own error counts their noise too
+
+
+def _recovery(panorama: SpectralPanorama, light: Mapping[str, Any]) -> SpectralRecovery:
+    """A recovery as it was recorded; it makes no more spectra, so it needs no positive one."""
+    estimates = []
+    for one in light["estimates"]:
+        components = np.asarray(one["error_components"], float)
+        estimates.append(
+            ClassEstimate(
+                str(one["name"]),
+                float(one["share"]),
+                one["direct"],
+                np.asarray(one["operator"], float),
+                np.asarray(one["precision"], float),
+                components.T @ components,
+            )
+        )
+    first, count = light["bases"]
+    sensitivities = np.asarray(light["sensitivities"], float)
+    return SpectralRecovery(
+        sensitivities,
+        tuple(estimates),
+        panorama.bases[first : first + count],
+        None,
+        np.zeros((len(sensitivities), len(sensitivities))),
+        str(light["method"]),
+    )
