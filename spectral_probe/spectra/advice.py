@@ -44,7 +44,7 @@ def recovery_advice(method: str, families: Sequence[str], channels: int) -> list
         return []
     return [
         (
-            f"{len(allowed)} lamp families are allowed, and three channels cannot tell them apart: lamps with lines and bands are "
+            f"{len(allowed)} lamp families are allowed, and three channels cannot tell them apart: lines and bands are "
             "guesses. Name the families that are present, or photograph again through a colour filter."
         )
     ]
