@@ -21,6 +21,13 @@ _NEGLIGIBLE = 1e-5
 _MARGIN = 1e-3
 """The triangle is widened by this share: OpenCV computes it in single precision."""
 
+_COLOUR_WEIGHT = 1e4
+"""How much more a difference counts that changes tristimulus values than one that does not. So large that three layers give
+every direction its own colour, dim ones beside bright windows too."""
+
+_TRACE = 1e-9
+"""Share of smooth spectra added to the panorama's energy, see `light_layers`."""
+
 _SMALLEST_EXTENT = 0.02
 """Extent of the triangle where all light has (nearly) one colour, in units of the chromaticity plane."""
 
@@ -47,22 +54,27 @@ def light_layers(panorama: SpectralPanorama) -> LightLayers:
 
     Notes
     -----
-    Energy is weighted by solid angle, and by how sensitive the eye is at a wavelength, since three layers of a panorama
-    with more kinds of light must forget something and should forget what is not seen.
+    Energy is weighted by solid angle, and by what of it the eye sees, since three layers of a panorama with more kinds of
+    light must forget something and should forget what is not seen: every direction keeps its tristimulus values, and what is
+    lost shows only in surfaces' colours.
     """
     bases = resample(panorama.wavelengths_nm, panorama.bases, name="the panorama's basis")
     solid_angle = _solid_angles(panorama.weights.shape[0])
-    visual = _visual_weight()
+    root = _visual_root()
     moment = _second_moment(panorama, bases, solid_angle)
     total = float(np.trace(moment))
     if not total > 0:
         raise RenderError("The panorama holds no light at all. Build the probe again.")
-    _, vectors = np.linalg.eigh(visual[:, None] * moment * visual)
+    matching = colour_matching_functions()
+    smooth = matching @ matching.T  # takes the places that light of one or two kinds leaves empty
+    _, vectors = np.linalg.eigh(root @ (moment + _TRACE * total / np.trace(smooth) * smooth) @ root)
     strongest = vectors[:, ::-1][:, :3]
-    space = strongest.T / visual  # (3, L) spectra, and (L, 3) what projects a spectrum onto them
-    coordinates = _coordinates(panorama, bases @ (strongest * visual[:, None]))
+    space = np.linalg.solve(
+        root, strongest
+    ).T  # (3, L) spectra, and (L, 3) what projects a spectrum onto them
+    coordinates = _coordinates(panorama, bases @ (root @ strongest))
 
-    to_luminance = space @ colour_matching_functions()[:, 1] * STEP_NM
+    to_luminance = space @ matching[:, 1] * STEP_NM
     luminance = coordinates @ to_luminance
     level = _mean(np.maximum(luminance, 0.0), solid_angle)
     if not level > 0:
@@ -104,14 +116,21 @@ def _solid_angles(height: int) -> FloatArray:
     return np.asarray(rows / rows.mean())[:, None]
 
 
-def _visual_weight() -> FloatArray:
-    """How sensitive the eye is at each wavelength, (L,), 1 at most: root of the summed squared matching functions.
+def _visual_root() -> FloatArray:
+    """Root M^1/2 (L, L) of the metric M in which spectra are told apart: how much of a difference is seen.
 
-    Not below a tenth, so that light at the ends of the spectrum, where reflectances of copper and gold rise, counts too.
+    A difference counts by the eye's sensitivity at its wavelengths, not below a tenth of the highest, so that light at the
+    ends of the spectrum, where reflectances of copper and gold rise, counts too; and `_COLOUR_WEIGHT` times as much where it
+    changes the tristimulus values: light seen directly, or in a mirror, keeps its colour.
     """
     matching = colour_matching_functions()
-    weight = np.sqrt(((matching / matching.sum(0)) ** 2).sum(1))
-    return np.asarray(np.maximum(weight / weight.max(), 0.1))
+    matching = matching / matching.sum(0)
+    weight = np.sqrt((matching**2).sum(1))
+    weight = np.maximum(weight / weight.max(), 0.1)
+    seen = np.linalg.qr(matching / weight[:, None])[0]  # orthonormal, once the weight is divided out
+    within = np.eye(len(weight)) + (_COLOUR_WEIGHT - 1) * seen @ seen.T
+    values, vectors = np.linalg.eigh(weight[:, None] * within * weight)
+    return np.asarray((vectors * np.sqrt(values)) @ vectors.T)
 
 
 def _mean(values: FloatArray, solid_angle: FloatArray) -> float:

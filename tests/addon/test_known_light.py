@@ -96,7 +96,7 @@ def test_corners_are_numbers(in_extension, settings):
     module = in_extension("operators.settings_light")
     region = settings.known_light.regions.add()
     region.place, region.polygon_deg = "POLYGON", "10 5, forty 5"
-    with pytest.raises(Exception, match='Region 1: "forty 5" is no corner. Write bearing and elevation'):
+    with pytest.raises(Exception, match=r'Region 1: "forty 5" is no corner. Write bearing and elevation'):
         module.regions_from(settings.known_light)
 
 
