@@ -57,9 +57,10 @@ def row(column: bpy.types.UILayout, name: str, value: str) -> None:
 def paragraph(column: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str) -> None:
     """A text too long for one line, broken to the width of the sidebar."""
     region_px = context.region.width if context.region is not None else 0
-    letters = int((region_px / context.preferences.system.ui_scale - _MARGINS_PX) / _LETTER_PX)
+    scale = context.preferences.system.ui_scale or 1.0  # 0 without a window
+    letters = int((region_px / scale - _MARGINS_PX) / _LETTER_PX)
     for index, line in enumerate(textwrap.wrap(text, max(letters, 20))):
-        column.label(text=line, icon="BLANK1" if index else icon)
+        column.label(text=line, icon="BLANK1" if index and icon != "NONE" else icon)
 
 
 def cells(column: bpy.types.UILayout, *texts: str, active: bool = True) -> None:

@@ -189,3 +189,12 @@ def test_regions_ask_for_their_place_and_light(settings, place, field, light, kn
     named = fields(drawn(panel("region_lights")))
     assert {field, known} <= named
     assert not ({"bearing", "polygon_deg", "mask", "families", "spectrum"} - {field, known}) & named
+
+
+def test_warnings_of_a_build_stay_in_the_panel(filled, drawn):
+    said = "The sensitivities of this camera are normalised channel by channel, so the gains of its channels are lost."
+    filled.probe.warnings = f"{said}\nView 2 is clipped."
+    shown = texts(drawn(panel("probe")))
+    assert said in " ".join(shown)  # in several lines, one after the other
+    assert said not in shown
+    assert "View 2 is clipped." in shown
