@@ -70,7 +70,7 @@ def checked(curves: SampledCurves, quantity: str) -> SampledCurves:
     Examples
     --------
     >>> glass = SampledCurves("red.csv", np.array([400.0, 700.0]), np.array([[2.0, 91.0]]), ("T",))
-    >>> checked(glass, TRANSMITTANCE)
+    >>> checked(glass, TRANSMITTANCE)  # doctest: +IGNORE_EXCEPTION_DETAIL
     Traceback (most recent call last):
     ...
     spectral_probe.errors.SpectralDataError: red.csv seems to be in percent (91 at 700 nm). ...
