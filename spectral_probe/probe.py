@@ -28,7 +28,7 @@ from .known_light import Calibration, calibrated, calibration_note, check_calibr
 from .light import recover_light
 from .model import Capture, FloatArray, Job, LightLayers, Progress, SpectralPanorama, part
 from .recoveries import Recoveries, recoveries_of
-from .render.layers import light_layers
+from .render.layers import colour_error, light_layers
 from .report import probe_report
 from .spectra.camera import REC709, camera_sensitivities
 from .spectra.colorimetry import panorama_xyz, xyz_to_rec709
@@ -216,7 +216,12 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
         yield Progress(0.4, "Writing spectral.exr")
         write_spectral_panorama(folder / "spectral.exr", probe.panorama)
         seconds = {**probe.report["seconds"], "writing": round(time.perf_counter() - start, 3)}
-        report = {**probe.report, "layers_residual": layers.residual, "seconds": seconds}
+        report = {
+            **probe.report,
+            "layers_residual": layers.residual,
+            "layers_de2000": colour_error(probe.panorama, layers),
+            "seconds": seconds,
+        }
         (folder / "report.json").write_text(json.dumps(report, indent=1), encoding="utf-8")
         for file in sorted(folder.iterdir(), key=lambda file: file.name == "report.json"):
             file.replace(directory / file.name)

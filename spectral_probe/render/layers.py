@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import RenderError
 from ..model import FloatArray, LightLayers, SpectralPanorama
-from ..spectra.colorimetry import colour_matching_functions
+from ..spectra.colorimetry import colour_matching_functions, delta_e_2000, white_xyz
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM, resample
 
 _NEGLIGIBLE = 1e-5
@@ -20,6 +20,9 @@ _NEGLIGIBLE = 1e-5
 
 _MARGIN = 1e-3
 """The triangle is widened by this share: OpenCV computes it in single precision."""
+
+_COMPARED_WIDTH = 256
+"""Width in texels at which the layers' colours are compared with the panorama's."""
 
 _SMALLEST_EXTENT = 0.02
 """Extent of the triangle where all light has (nearly) one colour, in units of the chromaticity plane."""
@@ -95,6 +98,33 @@ def light_mixtures(layers: LightLayers, count: int = 2000) -> FloatArray:
         drawn = np.searchsorted(energy, generator.random(count) * energy[-1])
         mixtures += np.where(number < directions, 1.0, 0.0)[:, None] * flat[np.minimum(drawn, len(flat) - 1)]
     return np.asarray(mixtures / np.maximum(mixtures.sum(-1, keepdims=True), 1e-12))
+
+
+def colour_error(panorama: SpectralPanorama, layers: LightLayers) -> float:
+    """How wrong the layers make the colour of the light where they do worst: dE2000.
+
+    It is the mean over the worst twentieth of the panorama's luminous energy, every direction at one luminance with the white of
+    D65. Kinds of light beyond three (lamps, windows, what they light, stained glasses) cannot all be held.
+    """
+    matching = colour_matching_functions() * STEP_NM
+    true = np.zeros((*panorama.valid.shape, 3), np.float32)
+    for index, basis in enumerate(resample(panorama.wavelengths_nm, panorama.bases) @ matching):
+        uses = panorama.basis_index == index
+        true[uses] = panorama.weights[uses] @ basis.astype(np.float32)
+    held = layers.weights @ (layers.spectra @ matching).astype(np.float32)
+    small = min(panorama.valid.shape[1], _COMPARED_WIDTH)
+    true, held = (cv2.resize(xyz, (small, small // 2), interpolation=cv2.INTER_AREA) for xyz in (true, held))
+    energy = (np.maximum(true[..., 1], 0) * _solid_angles(small // 2)).ravel()
+    true, held = (np.maximum(xyz.reshape(-1, 3), 0) for xyz in (true, held))
+    lit = (true[:, 1] > 0) & (held[:, 1] > 0)
+    if not lit.any():
+        return 0.0
+    true, held = (0.6 * xyz[lit] / xyz[lit, 1:2] for xyz in (true, held))
+    difference = delta_e_2000(true, held, white_xyz())
+    order = np.argsort(difference)[::-1]
+    shares = energy[lit][order]
+    worst = np.searchsorted(np.cumsum(shares), 0.05 * shares.sum()) + 1
+    return float(np.average(difference[order][:worst], weights=shares[:worst]))
 
 
 def _solid_angles(height: int) -> FloatArray:
