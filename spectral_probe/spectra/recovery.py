@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from ..errors import SpectralDataError
 from ..model import FloatArray
+from ..parallel import product
 from .basis import not_held, principal_components, spanning
 from .colorimetry import colour_matching_functions
 from .confidence import Recovered
@@ -29,6 +30,7 @@ from .estimates import ClassEstimate, inverse_estimate, wiener_estimate
 from .grid import STEP_NM
 from .incidence import NOISE, IncidenceCorrection, incidence_correction
 from .library import AUTOMATIC
+from .positive import lifted, negative, positive_weights
 from .prior import LightClass, light_classes
 
 METHODS = ("family", "automatic", "paper")
@@ -44,12 +46,6 @@ _TOLERANCE = 3e-3
 
 _EXAMPLES = 1200
 """Spectra at most that the basis is chosen by."""
-
-_CLIPPINGS = 3
-"""How often negative parts are cut off and what is left is brought back into the span of the basis."""
-
-_MARGIN = np.float32(1e-5)
-"""Lowest value of a spectrum, relative to the basis's positive spectrum of its size, that counts as positive: above rounding."""
 
 _SINGULAR = 1e-4
 """Smallest singular value of the channels, relative to the largest, that can be inverted."""
@@ -134,7 +130,7 @@ class SpectralRecovery:
             found = self._weights(columns, likely, index[few])
             error[few] = self._relative_error(columns, squared, likely, found, own_noise)
             if self.safe_weights is not None:
-                self._make_positive(found, index[few], columns)
+                self._make_positive(found, index[few], columns, self.safe_weights)
             weights[few] = found.T
         return Recovered(weights.reshape(*shape, -1), index.reshape(shape), error.reshape(shape))
 
@@ -180,7 +176,7 @@ class SpectralRecovery:
 
     def _squared(self, columns: FloatArray, roots: FloatArray) -> FloatArray:
         """Y' A y for every A = root root', roots side by side (C, N C): (N, P)."""
-        products = (roots.T @ columns).reshape(len(self.estimates), -1, columns.shape[-1])
+        products = product(roots.T, columns).reshape(len(self.estimates), -1, columns.shape[-1])
         np.multiply(products, products, out=products)
         return np.asarray(products.sum(1))
 
@@ -192,8 +188,8 @@ class SpectralRecovery:
         logs += self._log_shares[:, None]
         with np.errstate(divide="ignore"):
             of_chance = {True: np.log(chance), False: np.log(1 - chance), None: np.float32(0)}
-        for own, estimate in zip(logs, self.estimates, strict=True):
-            own += of_chance[estimate.direct]
+        for number, estimate in enumerate(self.estimates):
+            logs[number] += of_chance[estimate.direct]
         logs -= logs.max(0)
         np.exp(logs, out=logs)
         logs /= logs.sum(0)
@@ -208,11 +204,11 @@ class SpectralRecovery:
         """Weights (K, P) of the mean of the estimates."""
         parts = (likely[:, None] * columns).reshape(-1, columns.shape[-1])
         if len(self.bases) == 1:
-            return np.asarray(self._to_weights[0].T @ parts)
+            return product(self._to_weights[0].T, parts)
         weights = np.empty((self.bases.shape[1], columns.shape[-1]), np.float32)
         for basis in np.unique(index):
             chosen = np.flatnonzero(index == basis)
-            weights[:, chosen] = self._to_weights[basis].T @ parts[:, chosen]
+            weights[:, chosen] = product(self._to_weights[basis].T, parts[:, chosen])
         return weights
 
     @cached_property
@@ -255,50 +251,20 @@ class SpectralRecovery:
         spread = (likely * energy * (1 + within[:, None] * unlike + self.strangeness(unlike))).sum(0)
         mean = (weights * weights).sum(0)  # the basis is orthonormal
         gains = np.array([(estimate.operator**2).sum(-1) for estimate in self.estimates], np.float32)
-        noise = (variance * (gains.T @ likely)).sum(0)
+        noise = (variance * product(gains.T, likely)).sum(0)
         return np.asarray(np.sqrt(np.maximum(spread - mean + noise, 0) / np.maximum(mean, _TINY)))
 
-    def _make_positive(self, weights: FloatArray, index: npt.NDArray[np.uint8], columns: FloatArray) -> None:
+    def _make_positive(
+        self, weights: FloatArray, index: npt.NDArray[np.uint8], columns: FloatArray, safe: FloatArray
+    ) -> None:
         """Change those of the weights (K, P) whose spectra have negative parts."""
         for basis in np.unique(index):
-            chosen = slice(None) if len(self.bases) == 1 else np.flatnonzero(index == basis)
-            own = weights[:, chosen]
-            safe, size = self._safe(own, basis)
-            above_floor = self._functions[basis].T @ (own - _MARGIN * size * safe)
-            low = np.flatnonzero(above_floor.min(0) <= 0)
+            own = np.flatnonzero(index == basis)
+            kept = self._functions[basis], safe[basis].astype(np.float32)
+            low = own[negative(weights[:, own], *kept)]
             if low.size:
-                which = low if isinstance(chosen, slice) else chosen[low]
-                weights[:, which] = self._lifted(weights[:, which], columns[:, which], basis)
-
-    def _lifted(self, weights: FloatArray, columns: FloatArray, basis: int) -> FloatArray:
-        """Without negative parts: clipped, brought back into the span, and to the level that the responses have.
-
-        A last move towards a positive spectrum, just as far as it takes, removes what the span cannot.
-        """
-        functions = self._functions[basis]
-        seen = (functions @ self.sensitivities * STEP_NM).astype(np.float32)
-        for _ in range(_CLIPPINGS):
-            spectra = functions.T @ weights
-            np.maximum(spectra, 0, out=spectra)
-            weights = functions @ spectra
-        fitted = seen.T @ weights
-        level = (fitted * columns).sum(0) / np.maximum((fitted * fitted).sum(0), _TINY)
-        weights = weights * np.maximum(level, 0)
-        safe, size = self._safe(weights, basis)
-        goal = functions.T @ safe
-        spectra = functions.T @ weights
-        floor = _MARGIN * goal * size
-        gap = np.maximum(goal * size - spectra, _TINY)
-        share = np.where(spectra < floor, (2 * floor - spectra) / gap, 0).max(0)
-        return np.asarray(weights + np.clip(share, 0, 1) * (size * safe - weights))
-
-    def _safe(self, weights: FloatArray, basis: int) -> tuple[FloatArray, FloatArray]:
-        """A positive spectrum's weights (K, 1), and the factors (P,) that give it the size of the spectra of weights (K, P)."""
-        if self.safe_weights is None:
-            raise ValueError("this method leaves spectra as they are")
-        safe = self.safe_weights[basis].astype(np.float32)
-        sums = self._functions[basis].sum(-1)
-        return safe[:, None], np.maximum(sums @ weights / (sums @ safe), 0)
+                seen = (kept[0] @ self.sensitivities * STEP_NM).astype(np.float32)
+                weights[:, low] = lifted(weights[:, low], columns[:, low], kept[0], seen, kept[1])
 
     @cached_property
     def _functions(self) -> FloatArray:
@@ -377,7 +343,7 @@ def recovery_for(
     examples = np.concatenate([light_class.spectra[light_class.members] for light_class in classes])
     examples = examples[:: -(-len(examples) // _EXAMPLES)]
     bases = _bases(estimates, np.asarray(sensitivities), examples @ channels)
-    safe = np.stack([_positive_weights(basis, examples) for basis in bases])
+    safe = np.stack([positive_weights(basis, examples) for basis in bases])
     moment = np.mean([light_class.moment for light_class in classes], axis=0)
     return SpectralRecovery(np.asarray(sensitivities), estimates, bases, safe, moment, method)
 
@@ -415,15 +381,3 @@ def _bases(
     ]
     functions = max(len(basis) for basis in bases)
     return np.stack([np.pad(basis, ((0, functions - len(basis)), (0, 0))) for basis in bases])
-
-
-def _positive_weights(basis: FloatArray, lights: FloatArray) -> FloatArray:
-    """Weights of the mean light, or of the light whose projection into the basis has the highest minimum."""
-    relative = (lights / lights.mean(-1, keepdims=True)) @ basis.T
-    candidates = np.concatenate([relative.mean(0, keepdims=True), relative])
-    lowest = (candidates @ basis).min(-1)
-    if lowest.max() <= 0:
-        raise SpectralDataError(
-            "No light of these families is positive in their basis. Choose fewer lamp families."
-        )
-    return np.asarray(candidates[0] if lowest[0] > 0.02 else candidates[int(lowest.argmax())])
