@@ -43,7 +43,12 @@ def check_folder(directory: Path) -> None:
     FileFormatError
         If the path, or what it lies in, is a file or may not be written to.
     """
-    nearest = next(path for path in (directory, *directory.resolve().parents) if path.exists())
+    try:
+        nearest = next(path for path in (directory, *directory.resolve().parents) if path.exists())
+    except OSError as problem:
+        raise FileFormatError(
+            f"The folder {directory} cannot be written to ({problem.strerror}). Choose another."
+        ) from None
     if not nearest.is_dir():
         raise FileFormatError(f"{nearest} is a file, not a folder. Choose another folder to write to.")
     if not os.access(nearest, os.W_OK | os.X_OK):

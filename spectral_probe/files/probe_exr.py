@@ -158,7 +158,7 @@ def read_layers(path: Path) -> LightLayers:
 def _header(header: dict[str, Any], key: str, path: Path) -> dict[str, Any]:
     try:
         data = dict(json.loads(header[key]))
-    except (KeyError, ValueError, TypeError):
+    except (KeyError, ValueError, TypeError, RecursionError):
         kind = "probe.exr" if key == _PROBE_HEADER else "layers.exr"
         raise FileFormatError(
             f"{Path(path).name} was not written as a {kind} by this program. Choose that file."

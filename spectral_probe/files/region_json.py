@@ -36,7 +36,7 @@ def read_region(path: Path) -> Region:
         raise FileFormatError(f"There is no region file {path}. Check the path.")
     try:
         data = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         raise FileFormatError(f"{path.name} is not valid JSON. Write {_EXAMPLES}.") from None
     try:
         region = region_from(data, path.parent)
