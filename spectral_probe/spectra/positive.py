@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import SpectralDataError
-from ..model import FloatArray
+from ..model import FloatArray, IntArray
 from ..parallel import product
 
 _CLIPPINGS = 3
@@ -49,7 +49,7 @@ def positive_weights(basis: FloatArray, lights: FloatArray) -> FloatArray:
     return np.asarray(candidates[0] if lowest[0] > 0.02 else candidates[int(lowest.argmax())])
 
 
-def negative(weights: FloatArray, functions: FloatArray, safe: FloatArray) -> FloatArray:
+def negative(weights: FloatArray, functions: FloatArray, safe: FloatArray) -> IntArray:
     """Numbers of the weights (K, P) whose spectra have parts that are not positive.
 
     Parameters
