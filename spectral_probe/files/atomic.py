@@ -18,6 +18,11 @@ def written_whole(path: Path) -> Iterator[Path]:
     The temporary file keeps the suffix, so that libraries that choose a format by it still can. The folder is
     made if it is missing.
 
+    Raises
+    ------
+    FileFormatError
+        If it cannot be written there.
+
     Examples
     --------
     >>> import tempfile
@@ -28,11 +33,16 @@ def written_whole(path: Path) -> Iterator[Path]:
     ('all of it', 1)
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix=".writing-", dir=path.parent) as folder:
-        temporary = Path(folder) / path.name
-        yield temporary
-        temporary.replace(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=".writing-", dir=path.parent) as folder:
+            temporary = Path(folder) / path.name
+            yield temporary
+            temporary.replace(path)
+    except OSError as problem:
+        raise FileFormatError(
+            f"{path} cannot be written ({problem.strerror or problem}). Choose another place, or make room."
+        ) from None
 
 
 def check_folder(directory: Path) -> None:

@@ -118,7 +118,7 @@ class TomlReader:
 
 
 def is_number(value: object) -> bool:
-    """Whether a value of a TOML file is a finite number."""
+    """Whether a value of a TOML or JSON file is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 

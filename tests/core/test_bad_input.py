@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from spectral_probe.errors import CaptureError, SpectralDataError, SpectralProbeError
+from spectral_probe.files.atomic import written_whole
 from spectral_probe.files.capture import load_capture
+from spectral_probe.files.region_json import read_region
 from spectral_probe.files.spectrum_file import read_curves
 from spectral_probe.filters import filter_sets
 from spectral_probe.known_light import known_spectrum
@@ -14,6 +16,7 @@ from spectral_probe.light_settings import CalibrationSettings, Region, RegionLig
 from spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
 from spectral_probe.probe import build_probe
 from spectral_probe.spectra.curves import LIGHT
+from spectral_probe.spectra.regions import read_mask
 
 _ROWS = "400,{0}\n420,{0}\n440,{0}\n" + "".join(f"{nm},{{0}}\n" for nm in range(460, 701, 20))
 
@@ -127,3 +130,26 @@ def test_a_recovery_damaged_in_the_header_is_said_to_be(damage):
     damage(entry["lights"][0])
     with pytest.raises(SpectralProbeError, match="header is damaged"):
         light_posterior(panorama(), everywhere)
+
+
+def test_a_bearing_beyond_all_numbers_is_none(tmp_path):
+    path = tmp_path / "region.json"
+    path.write_text('{"seed_deg": [1' + "0" * 400 + ", 0]}")
+    with pytest.raises(SpectralProbeError, match="no bearing"):
+        read_region(path)
+
+
+def test_an_empty_mask_is_no_picture(tmp_path):
+    path = tmp_path / "mask.png"
+    path.write_bytes(b"")
+    with pytest.raises(SpectralProbeError, match=r"mask.png cannot be read as a picture"):
+        read_mask(path, 4, 8)
+
+
+def test_a_place_that_cannot_be_written_to_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with (
+        pytest.raises(SpectralProbeError, match="cannot be written"),
+        written_whole(tmp_path / "file" / "a.txt") as temporary,
+    ):
+        temporary.write_text("a")
