@@ -97,6 +97,7 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
         filters = filter_sets(capture.views)
         camera = _sensitivities(capture, converted=False)
         recoveries = recoveries_of(capture, filters.sensitivities(camera))
+        reflectances = ball_reflectance(capture.ball.material, incidence_cosines())
     measured = yield from part(_measured(capture, filters, watch), 0.02, 0.52)
     yield Progress(0.52, "Registering the views" if len(filters.leaders) > 1 else "Measuring the sampling")
     placed = [_placed(view) for view in measured]
@@ -113,7 +114,7 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
     if width is None:
         width = natural_width([sampling(view.camera, view.ball, view.rotation) for view in placed])
     with watch.stage("panorama"):
-        corrections = _corrections(capture, recoveries, calibration)
+        corrections = _corrections(reflectances, recoveries, calibration)
         composing = compose(
             placed, registration, doubt, corrections, width, capture.composition, filters.group
         )
@@ -170,10 +171,9 @@ def _registered(views: Sequence[PlacedView], filters: FilterSets) -> tuple[ViewR
 
 
 def _corrections(
-    capture: Capture, recoveries: Recoveries, calibration: Calibration | None
+    reflectances: FloatArray, recoveries: Recoveries, calibration: Calibration | None
 ) -> list[IncidenceCorrection]:
     """How the ball is divided out of the responses without a filter, and through each."""
-    reflectances = ball_reflectance(capture.ball.material, incidence_cosines())
     if calibration is not None and calibration.ball is not None:
         reflectances = calibration.ball.applied(reflectances)
     channels = recoveries.whole.sensitivities.shape[1]
