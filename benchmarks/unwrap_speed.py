@@ -30,6 +30,8 @@ from spectral_probe.geometry.panorama import Unwrapping
 from spectral_probe.model import BallFit, Camera, RadianceImage
 from spectral_probe.parallel import in_parallel, row_blocks
 from spectral_probe.spectra.camera import camera_sensitivities
+from spectral_probe.spectra.incidence import incidence_cosines
+from spectral_probe.spectra.metals import ball_reflectance
 from spectral_probe.spectra.recovery import spectral_recovery
 
 RADIUS_PX, DISTANCE, WIDTH = 1020.0, 10.0, 4096
@@ -68,8 +70,9 @@ def main() -> None:
     image = RadianceImage(radiance, radiance * np.float32(1e-4), np.ones((SIZE_PX, SIZE_PX), bool))
     rotation = camera_to_world(20.0, 5.0)
     recovery = spectral_recovery(
-        camera_sensitivities("Nikon 5100 (NPL)"), "SUS304", ["incandescent", "daylight"], "paper"
+        camera_sensitivities("Nikon 5100 (NPL)"), ["incandescent", "daylight"], "paper"
     )
+    correction = recovery.incidence_correction(ball_reflectance("SUS304", incidence_cosines()))
     finder = Unwrapping.of(image, camera, ball, rotation, WIDTH).finder
     column, row, *_ = finder.places(slice(0, WIDTH // 2))
 
@@ -79,7 +82,9 @@ def main() -> None:
 
         def fill(rows: slice) -> None:
             view = unwrapping.rows(rows)
-            weights[rows] = recovery.weights(view.responses, view.cos_incidence)
+            responses = correction.light_responses(view.responses, view.cos_incidence)
+            variance = correction.light_variance(view.variance, view.cos_incidence)
+            weights[rows] = recovery.recover(responses, variance).weights
 
         in_parallel(fill, row_blocks(WIDTH))
         return weights

@@ -16,6 +16,9 @@ from .errors import CaptureError
 from .model import FloatArray, ViewSettings
 from .spectra.glass import glass_transmittance
 from .spectra.grid import WAVELENGTHS_NM
+from .spectra.recovery import MOST_WEIGHTS
+
+_MOST_FILTERS = MOST_WEIGHTS // 3 - 1
 
 _LEAST_LIGHT = 1e-3
 """A filter that passes less of an even light than this leaves nothing to measure."""
@@ -52,12 +55,17 @@ def filter_sets(views: Sequence[ViewSettings]) -> FilterSets:
     Raises
     ------
     SpectralProbeError
-        If a view through a filter has no partner, or a filter cannot be used.
+        If there are too many filters, a view through one has no partner, or one cannot be used.
     """
     filters: list[str | Path | None] = [None]
     for view in views:
         if view.filter not in filters:
             filters.append(view.filter)
+    if len(filters) > _MOST_FILTERS + 1:
+        raise CaptureError(
+            f"The views were taken through {len(filters) - 1} filters, but a pixel has weights for {MOST_WEIGHTS} channels. "
+            f"Use {_MOST_FILTERS} filters at most."
+        )
     curves = [np.ones(len(WAVELENGTHS_NM)), *(_transmittance(name) for name in filters[1:])]
     return FilterSets(
         np.stack(curves),

@@ -25,6 +25,9 @@ from .view import MeasuredView
 _STRANGE_GAIN = 4.0
 """Published curves of one camera differ by less than this from what a known light says, even normalised by channel."""
 
+_LEAST_REFLECTANCE = 1e-3
+"""Black velvet returns more than this."""
+
 _OWN_REFLECTION = np.cos(np.radians(16.0))
 """A view does not see the directions round its own camera: it sees the camera."""
 
@@ -94,7 +97,12 @@ def known_spectrum(settings: CalibrationSettings) -> FloatArray:
     else:
         light = np.array(lamp_spectrum(str(settings.illuminant)))
     if isinstance(settings.reflectance, Path):
-        return np.asarray(light * read_spectrum_csv(settings.reflectance, quantity=REFLECTANCE)[0])
+        reflectance = read_spectrum_csv(settings.reflectance, quantity=REFLECTANCE)[0]
+        if reflectance.max() < _LEAST_REFLECTANCE:
+            raise CaptureError(
+                f"[calibration]: the card of {settings.reflectance.name} is black: it shows no light. Use a grey one."
+            )
+        return np.asarray(light * reflectance)
     return np.asarray(light * settings.reflectance)
 
 

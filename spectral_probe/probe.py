@@ -28,7 +28,7 @@ from .known_light import Calibration, calibrated, calibration_note, check_calibr
 from .light import recover_light
 from .model import Capture, FloatArray, Job, LightLayers, Progress, SpectralPanorama, part
 from .recoveries import Recoveries, recoveries_of
-from .render.layers import light_layers
+from .render.layers import colour_error, light_layers
 from .report import probe_report
 from .spectra.camera import REC709, camera_sensitivities
 from .spectra.colorimetry import panorama_xyz, xyz_to_rec709
@@ -97,6 +97,7 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
         filters = filter_sets(capture.views)
         camera = _sensitivities(capture, converted=False)
         recoveries = recoveries_of(capture, filters.sensitivities(camera))
+        reflectances = ball_reflectance(capture.ball.material, incidence_cosines())
     measured = yield from part(_measured(capture, filters, watch), 0.02, 0.52)
     yield Progress(0.52, "Registering the views" if len(filters.leaders) > 1 else "Measuring the sampling")
     placed = [_placed(view) for view in measured]
@@ -113,7 +114,7 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
     if width is None:
         width = natural_width([sampling(view.camera, view.ball, view.rotation) for view in placed])
     with watch.stage("panorama"):
-        corrections = _corrections(capture, recoveries, calibration)
+        corrections = _corrections(reflectances, recoveries, calibration)
         composing = compose(
             placed, registration, doubt, corrections, width, capture.composition, filters.group
         )
@@ -170,10 +171,9 @@ def _registered(views: Sequence[PlacedView], filters: FilterSets) -> tuple[ViewR
 
 
 def _corrections(
-    capture: Capture, recoveries: Recoveries, calibration: Calibration | None
+    reflectances: FloatArray, recoveries: Recoveries, calibration: Calibration | None
 ) -> list[IncidenceCorrection]:
     """How the ball is divided out of the responses without a filter, and through each."""
-    reflectances = ball_reflectance(capture.ball.material, incidence_cosines())
     if calibration is not None and calibration.ball is not None:
         reflectances = calibration.ball.applied(reflectances)
     channels = recoveries.whole.sensitivities.shape[1]
@@ -216,7 +216,12 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
         yield Progress(0.4, "Writing spectral.exr")
         write_spectral_panorama(folder / "spectral.exr", probe.panorama)
         seconds = {**probe.report["seconds"], "writing": round(time.perf_counter() - start, 3)}
-        report = {**probe.report, "layers_residual": layers.residual, "seconds": seconds}
+        report = {
+            **probe.report,
+            "layers_residual": layers.residual,
+            "layers_de2000": colour_error(probe.panorama, layers),
+            "seconds": seconds,
+        }
         (folder / "report.json").write_text(json.dumps(report, indent=1), encoding="utf-8")
         for file in sorted(folder.iterdir(), key=lambda file: file.name == "report.json"):
             file.replace(directory / file.name)

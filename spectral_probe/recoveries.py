@@ -17,7 +17,7 @@ from .spectra.curves import LIGHT
 from .spectra.grid import STEP_NM, WAVELENGTHS_NM
 from .spectra.measured_light import measured_light_recovery
 from .spectra.recovery import SpectralRecovery, spectral_recovery
-from .spectra.regions import region_mask
+from .spectra.regions import check_region, region_mask
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,7 @@ def recoveries_of(capture: Capture, sensitivities: FloatArray) -> Recoveries:
 
     for number, light in enumerate(capture.regions, start=1):
         light.check(f"[[region]] {number}")
+        check_region(light.region)
     return Recoveries(
         by_filters(capture.families, capture.method),
         tuple((light.region, of_region(light)) for light in capture.regions),

@@ -146,7 +146,7 @@ def scene_plan(
     if passes == "all":
         return reference_plan()
     with spectral_materials(scene, one_wavelength=True) as materials:
-        return LayerLight(probe).plan(_stacked(materials.spectra), passes)
+        return LayerLight(probe, []).plan(_stacked(materials.spectra), passes)
 
 
 def _check(scene: bpy.types.Scene, samples: int) -> None:
@@ -234,9 +234,7 @@ def _spectral_passes(
         materials = stack.enter_context(spectral_materials(scene, one_wavelength=kind == "light-basis"))
         task.warnings.extend(materials.warnings)
         yield Progress(0.0, "Planning the passes")
-        light = (
-            LayerLight(task.probe) if kind == "light-basis" else WavelengthLight(task.probe, task.warnings)
-        )
+        light = (LayerLight if kind == "light-basis" else WavelengthLight)(task.probe, task.warnings)
         if plan is None:
             plan = light.plan(_stacked(materials.spectra), passes)
         plan = light.checked(plan)

@@ -7,10 +7,13 @@ import numpy as np
 
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import PassPlan, SpectralPanorama
-from ...spectral_probe.render.layers import light_layers, light_mixtures
+from ...spectral_probe.render.layers import colour_error, light_layers, light_mixtures
 from ...spectral_probe.render.plan import light_basis_plan, reference_plan
 from ...spectral_probe.spectra.colorimetry import spectra_to_xyz, xyz_to_rec709
 from ...spectral_probe.spectra.grid import resample
+
+_NOTICEABLE_DE2000 = 2.0
+"""Error of a light's colour that one sees side by side."""
 
 type Array = np.ndarray[Any, Any]
 
@@ -18,9 +21,15 @@ type Array = np.ndarray[Any, Any]
 class LayerLight:
     """Light of a light-basis plan: three layers, the same in every pass."""
 
-    def __init__(self, probe: SpectralPanorama) -> None:
+    def __init__(self, probe: SpectralPanorama, warnings: list[str]) -> None:
         self.layers = light_layers(probe)
         self.residual = self.layers.residual
+        error = colour_error(probe, self.layers)
+        if error > _NOTICEABLE_DE2000:
+            warnings.append(
+                f"Three light layers cannot hold all colours of this light: the worst are off by dE2000 {error:.1f}. "
+                "Render all wavelengths where they matter."
+            )
 
     def plan(self, reflectances: Array, passes: int | None) -> PassPlan:
         """A plan for these layers and the scene's reflectances (N, 61)."""

@@ -18,6 +18,11 @@ def written_whole(path: Path) -> Iterator[Path]:
     The temporary file keeps the suffix, so that libraries that choose a format by it still can. The folder is
     made if it is missing.
 
+    Raises
+    ------
+    FileFormatError
+        If it cannot be written there.
+
     Examples
     --------
     >>> import tempfile
@@ -28,11 +33,16 @@ def written_whole(path: Path) -> Iterator[Path]:
     ('all of it', 1)
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix=".writing-", dir=path.parent) as folder:
-        temporary = Path(folder) / path.name
-        yield temporary
-        temporary.replace(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=".writing-", dir=path.parent) as folder:
+            temporary = Path(folder) / path.name
+            yield temporary
+            temporary.replace(path)
+    except OSError as problem:
+        raise FileFormatError(
+            f"{path} cannot be written ({problem.strerror or problem}). Choose another place, or make room."
+        ) from None
 
 
 def check_folder(directory: Path) -> None:
@@ -43,7 +53,12 @@ def check_folder(directory: Path) -> None:
     FileFormatError
         If the path, or what it lies in, is a file or may not be written to.
     """
-    nearest = next(path for path in (directory, *directory.resolve().parents) if path.exists())
+    try:
+        nearest = next(path for path in (directory, *directory.resolve().parents) if path.exists())
+    except OSError as problem:
+        raise FileFormatError(
+            f"The folder {directory} cannot be written to ({problem.strerror}). Choose another."
+        ) from None
     if not nearest.is_dir():
         raise FileFormatError(f"{nearest} is a file, not a folder. Choose another folder to write to.")
     if not os.access(nearest, os.W_OK | os.X_OK):

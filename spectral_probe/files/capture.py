@@ -58,6 +58,10 @@ def load_capture(path: Path) -> Capture:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise CaptureError(f"{path.name} is not valid TOML: {problem}. Correct that line.") from None
+    except (RecursionError, ValueError):  # thousands of brackets, or of digits
+        raise CaptureError(
+            f"{path.name} holds a list too deep or a number too long to be meant. Correct it."
+        ) from None
     return parse_capture(document, path.parent, path.name)
 
 

@@ -17,6 +17,9 @@ from .image_exr import read_channels, write_channels, write_rgb
 _PROBE_HEADER = "spectralProbe"
 _LAYERS_HEADER = "spectralProbeLayers"
 
+_LARGEST = 1e30
+"""Basis functions are of about unit norm; larger numbers than this are damage."""
+
 _KNOWN_ENTRIES = {"version", "wavelengths_nm", "bases", "provenance", "edits", "derived_bases"}
 """Entries of a probe's header that are fields of `SpectralPanorama`; all others travel in its `further`."""
 
@@ -76,8 +79,10 @@ def _panorama(channels: Mapping[str, Any], data: Mapping[str, Any]) -> SpectralP
     edits = tuple(_edit(entry, len(wavelengths)) for entry in data.get("edits", ()))
     derived = tuple(tuple(map(operator.index, stack)) for stack in data.get("derived_bases", ()))
     index = np.rint(channels["basis_index"])
-    if bases.ndim != 3 or bases.shape[-1] != len(wavelengths) or not np.isfinite(bases).all():
+    if bases.ndim != 3 or bases.shape[-1] != len(wavelengths) or not (np.abs(bases) < _LARGEST).all():
         raise ValueError("the bases do not fit the wavelengths")
+    if not (wavelengths[0] > 0 and np.isfinite(wavelengths[-1]) and (np.diff(wavelengths) > 0).all()):
+        raise ValueError("the wavelengths do not ascend")
     if not ((index >= 0) & (index < len(bases))).all():
         raise ValueError("a texel has a basis that is not there")
     recovered = len(bases) - len(derived)
@@ -89,13 +94,17 @@ def _panorama(channels: Mapping[str, Any], data: Mapping[str, Any]) -> SpectralP
     ):
         raise ValueError("a derived basis comes from nothing")
     error = channels.get("direction_error")
+    weights = np.stack([channels[f"eps.{k}"] for k in range(bases.shape[1])], axis=-1).astype(np.float32)
+    confidence = np.asarray(channels["confidence"], np.float32)
+    if not (np.isfinite(weights).all() and np.isfinite(confidence).all()):
+        raise ValueError("a texel is not a number")
     return SpectralPanorama(
-        weights=np.stack([channels[f"eps.{k}"] for k in range(bases.shape[1])], axis=-1).astype(np.float32),
+        weights=weights,
         bases=bases,
         basis_index=index.astype(np.uint8),
         wavelengths_nm=wavelengths,
         valid=np.asarray(channels["valid"]) > 0.5,
-        confidence=np.asarray(channels["confidence"], np.float32),
+        confidence=confidence,
         provenance={str(key): str(value) for key, value in data.get("provenance", {}).items()},
         direction_error_rad=None if error is None else np.asarray(error, np.float32),
         edits=edits,
@@ -158,7 +167,7 @@ def read_layers(path: Path) -> LightLayers:
 def _header(header: dict[str, Any], key: str, path: Path) -> dict[str, Any]:
     try:
         data = dict(json.loads(header[key]))
-    except (KeyError, ValueError, TypeError):
+    except (KeyError, ValueError, TypeError, RecursionError):
         kind = "probe.exr" if key == _PROBE_HEADER else "layers.exr"
         raise FileFormatError(
             f"{Path(path).name} was not written as a {kind} by this program. Choose that file."

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 
 from ..errors import FileFormatError, SpectralDataError
 from ..model import Region
 from ..spectra.regions import check_region
+from .toml import is_number
 
 _EXAMPLES = '{"polygon_deg": [[az, el], ...]}, {"mask": "m.png"} or {"seed_deg": [az, el]}'
 
@@ -36,7 +36,7 @@ def read_region(path: Path) -> Region:
         raise FileFormatError(f"There is no region file {path}. Check the path.")
     try:
         data = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         raise FileFormatError(f"{path.name} is not valid JSON. Write {_EXAMPLES}.") from None
     try:
         region = region_from(data, path.parent)
@@ -72,10 +72,7 @@ def region_from(data: Any, folder: Path) -> Region:
 
 
 def _bearing(value: Any) -> tuple[float, float]:
-    numbers = isinstance(value, list) and all(
-        isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number)
-        for number in value
-    )
+    numbers = isinstance(value, list) and all(is_number(number) for number in value)
     if not numbers or len(value) != 2:
         raise SpectralDataError(
             f"{json.dumps(value)} is no bearing: give two numbers, bearing and elevation in degrees."

@@ -152,7 +152,7 @@ def _ampas_json(text: str, name: str) -> SampledCurves:
         said = {key: str(value) for key, value in header.items() if isinstance(value, str)}
         if not rows or any(len(row) != len(columns) + 1 for row in rows):
             raise ValueError(name)
-    except (json.JSONDecodeError, KeyError, TypeError, ValueError, AttributeError):
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError, RecursionError):
         raise SpectralDataError(
             f"{name} is not a file in AMPAS JSON (spectral_data with index and data, a value a column)."
         ) from None

@@ -66,7 +66,10 @@ def _layout(lines: Sequence[str], name: str) -> Split:
     """How cells are separated, from the first line that is a row of numbers."""
 
     def comma(line: str) -> list[str]:
-        return next(csv.reader([line], skipinitialspace=True))
+        try:
+            return next(csv.reader([line], skipinitialspace=True))
+        except csv.Error:  # a cell longer than any number
+            return []
 
     for line in lines:
         blanks = [] if re.search(r",\s|\s,", line) else [str.split]

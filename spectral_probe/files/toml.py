@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-import math
+import sys
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -81,7 +81,11 @@ class TomlReader:
     def existing(self, value: str, where: str, *, or_folder: bool = False) -> Path:
         """The path of a file, or where allowed a folder, that must exist."""
         path = self.folder / value
-        if not (path.is_file() or (or_folder and path.is_dir())):
+        try:
+            there = path.is_file() or (or_folder and path.is_dir())
+        except OSError:  # a name too long to be one, a folder that may not be read
+            there = False
+        if not there:
             raise CaptureError(f"{self.name}, {where}: there is no file {path}. Check the name.")
         return path
 
@@ -114,8 +118,8 @@ class TomlReader:
 
 
 def is_number(value: object) -> bool:
-    """Whether a value of a TOML file is a finite number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """Whether a value of a TOML or JSON file is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
 def _are_numbers(value: object) -> bool:

@@ -38,6 +38,12 @@ CLIP_SHARE = 0.98
 """Share of the saturation level from which a sensel counts as clipped: full wells differ by about a
 hundredth."""
 
+_DARK = 1e-4
+"""Share of the white level that each channel's mean must reach for its ratios to be known."""
+
+_LEAST_BALANCE = 0.1
+"""Least factor a channel is given while it is demosaiced."""
+
 
 def read_raw(path: Path, *, half_size: bool = False) -> Photograph:
     """Read a camera raw file of any kind that LibRaw knows.
@@ -163,13 +169,32 @@ def _develop(raw: Any, path: Path) -> FloatArray:
     """Demosaic with the pedestal under black; without it where the levels do not come out as they should."""
     import rawpy
 
-    with_pedestal = _developed_over_pedestal(raw, rawpy)
-    if with_pedestal is not None:
-        return with_pedestal
+    black = np.asarray(raw.black_level_per_channel, float)
+    for balance in (_balance(raw, black), np.ones(3)):
+        with_pedestal = _developed_over_pedestal(raw, rawpy, black, balance)
+        if with_pedestal is not None:
+            return with_pedestal
     # Opened afresh: LibRaw keeps the changed black levels of an earlier run.
     with rawpy.imread(str(path)) as fresh:
         plain = fresh.postprocess(**_parameters(rawpy))
     return np.asarray(plain, np.float32) / np.float32(65535.0)
+
+
+def _balance(raw: Any, black: FloatArray) -> FloatArray:
+    """Factors (3,), 1 at most, that make the picture grey on average while it is demosaiced.
+
+    Demosaicing finds edges by what all channels have in common: without balance, dark fringes of colour run along lamps and
+    windows. The factors are divided out again.
+    """
+    sensels, colours = raw.raw_image_visible, raw.raw_colors_visible
+    unclipped = sensels < CLIP_SHARE * raw.white_level
+    means = np.zeros(3)
+    for channel in range(3):
+        own = unclipped & ((colours == channel) | ((colours == 3) & (channel == 1)))
+        means[channel] = (sensels[own] - black[channel]).mean() if own.any() else 0.0
+    if not (means > _DARK * raw.white_level).all():
+        return np.ones(3)
+    return np.asarray(np.maximum(means.min() / means, _LEAST_BALANCE))
 
 
 def _parameters(rawpy: Any) -> dict[str, Any]:
@@ -183,24 +208,29 @@ def _parameters(rawpy: Any) -> dict[str, Any]:
     }
 
 
-def _developed_over_pedestal(raw: Any, rawpy: Any) -> FloatArray | None:
+def _developed_over_pedestal(
+    raw: Any, rawpy: Any, black: FloatArray, balance: FloatArray
+) -> FloatArray | None:
     """Pixels with the noise below black kept, or None where LibRaw's levels are not the simple ones."""
-    black = np.asarray(raw.black_level_per_channel, float)
     if raw.raw_type != rawpy.RawType.Flat or black.min() < PEDESTAL:
         return None
     lowered = [int(level) - PEDESTAL for level in black]
-    developed = raw.postprocess(**_parameters(rawpy), user_black=0, user_cblack=lowered)
-    scale = 65535.0 / (raw.white_level - black.min() + PEDESTAL)
+    balanced = {
+        "user_wb": [*balance, balance[1]],
+        "highlight_mode": rawpy.HighlightMode.Ignore,  # else the smallest factor becomes 1, and the others clip
+    }
+    developed = raw.postprocess(**_parameters(rawpy) | balanced, user_black=0, user_cblack=lowered)
+    scale = balance * 65535.0 / (raw.white_level - black.min() + PEDESTAL)
     if not _levels_agree(raw, np.asarray(developed), black, scale):
         return None
     # LibRaw rounds down: half a level belongs to what it gives.
-    gain = np.float32(1.0 / (scale * (raw.white_level - black.min())))
+    gain = (1.0 / (scale * (raw.white_level - black.min()))).astype(np.float32)
     pixels: FloatArray = np.multiply(developed, gain, dtype=np.float32)
     pixels += np.float32(0.5) * gain - np.float32(PEDESTAL / (raw.white_level - black.min()))
     return pixels
 
 
-def _levels_agree(raw: Any, developed: npt.NDArray[Any], black: FloatArray, scale: float) -> bool:
+def _levels_agree(raw: Any, developed: npt.NDArray[Any], black: FloatArray, scale: FloatArray) -> bool:
     """Whether developed values are the sensels' own: demosaicing keeps the colour that a sensel measured."""
     sensels = turned(raw.raw_image_visible, raw.sizes.flip)
     colours = turned(raw.raw_colors_visible, raw.sizes.flip)
@@ -212,8 +242,8 @@ def _levels_agree(raw: Any, developed: npt.NDArray[Any], black: FloatArray, scal
         chosen = (colours == colour) & (sensels < raw.white_level)
         if not chosen.any():
             return False
-        expected = (sensels[chosen] - black[colour] + PEDESTAL) * scale
-        if abs(float(np.median(developed[..., colour][chosen] - expected))) > scale:
+        expected = (sensels[chosen] - black[colour] + PEDESTAL) * scale[colour]
+        if abs(float(np.median(developed[..., colour][chosen] - expected))) > scale.max():
             return False
     return True
 

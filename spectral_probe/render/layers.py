@@ -12,8 +12,9 @@ import numpy as np
 
 from ..errors import RenderError
 from ..model import FloatArray, LightLayers, SpectralPanorama
-from ..spectra.colorimetry import colour_matching_functions
+from ..spectra.colorimetry import colour_matching_functions, delta_e_2000, white_xyz
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM, resample
+from ..spectra.library import surface_reflectances
 
 _NEGLIGIBLE = 1e-5
 """Share of the luminous energy that may fall outside the cone, darkest first: noise in the dark must not widen it."""
@@ -27,6 +28,8 @@ every direction its own colour, dim ones beside bright windows too."""
 
 _TRACE = 1e-9
 """Share of smooth spectra added to the panorama's energy, see `light_layers`."""
+_COMPARED_WIDTH = 256
+"""Width in texels at which the layers' colours are compared with the panorama's."""
 
 _SMALLEST_EXTENT = 0.02
 """Extent of the triangle where all light has (nearly) one colour, in units of the chromaticity plane."""
@@ -107,6 +110,37 @@ def light_mixtures(layers: LightLayers, count: int = 2000) -> FloatArray:
         drawn = np.searchsorted(energy, generator.random(count) * energy[-1])
         mixtures += np.where(number < directions, 1.0, 0.0)[:, None] * flat[np.minimum(drawn, len(flat) - 1)]
     return np.asarray(mixtures / np.maximum(mixtures.sum(-1, keepdims=True), 1e-12))
+
+
+def colour_error(panorama: SpectralPanorama, layers: LightLayers) -> float:
+    """How wrong the layers make the colour of surfaces in the light where they do worst: dE2000.
+
+    Light seen directly keeps its colour; some surfaces of the library stand for what it falls on. The error is the mean over the
+    worst twentieth of the panorama's luminous energy, every direction at one luminance with the white of D65. Kinds of light
+    beyond three (lamps, windows, what they light, stained glasses) cannot all be held.
+    """
+    step = max(1, panorama.valid.shape[1] // _COMPARED_WIDTH)
+    index = panorama.basis_index[::step, ::step]
+    bases = resample(panorama.wavelengths_nm, panorama.bases)[index.ravel()]
+    true = np.einsum("nk,nkl->nl", panorama.weights[::step, ::step].reshape(index.size, -1), bases)
+    held = layers.weights[::step, ::step].reshape(-1, 3) @ layers.spectra
+    matching = colour_matching_functions() * STEP_NM
+    luminance = true @ matching[:, 1]
+    energy = np.maximum(luminance, 0) * np.broadcast_to(_solid_angles(index.shape[0]), index.shape).ravel()
+    lit = luminance > 0
+    if not lit.any():
+        return 0.0
+    surfaces = surface_reflectances()[::4]
+    seen = np.einsum("sl,lc->lsc", surfaces, matching).reshape(len(matching), -1)
+    true, held = (
+        0.6 * np.maximum(spectra[lit] @ seen, 0).reshape(-1, len(surfaces), 3) / luminance[lit, None, None]
+        for spectra in (true, held)
+    )
+    difference = delta_e_2000(true, held, white_xyz()).mean(1)
+    order = np.argsort(difference)[::-1]
+    shares = energy[lit][order]
+    worst = np.searchsorted(np.cumsum(shares), 0.05 * shares.sum()) + 1
+    return float(np.average(difference[order][:worst], weights=shares[:worst]))
 
 
 def _solid_angles(height: int) -> FloatArray:

@@ -63,8 +63,8 @@ def spanning(spectra: FloatArray, most: int, tolerance: float, first: FloatArray
     )
     spectra = spectra / np.linalg.norm(spectra, axis=-1, keepdims=True)
     rest = spectra - spectra @ fixed.T @ fixed
-    padded = np.concatenate([rest, np.zeros((most, spectra.shape[1]))])  # enough rows, whatever was given
-    found = np.concatenate([fixed, np.linalg.svd(padded, full_matrices=False)[2]])[:most]
+    _, vectors = np.linalg.eigh(rest.T @ rest)
+    found = np.concatenate([fixed, vectors.T[::-1]])[:most]
     basis = np.linalg.qr(found.T)[0].T
     count = most
     while tolerance > 0 and count > max(1, len(fixed)):

@@ -72,8 +72,8 @@ def without_chromaticity_noise(responses: FloatArray, variance: FloatArray) -> F
 def _shares(responses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Each channel over the sum of all, and that sum (H, W, 1), not below a share of its surroundings."""
     total = responses.sum(-1)
-    around = cv2.blur(padded(total, 2, 2), (5, 5))[2:-2, 2:-2]
-    floor = np.maximum(_DARK * around, np.float32(1e-30))
+    around = cv2.blur(padded(np.abs(responses).sum(-1), 2, 2), (5, 5))[2:-2, 2:-2]
+    floor = np.maximum(_DARK * around, np.float32(1e-18))  # its square is still a number
     total = np.maximum(total, floor)[..., None]
     return responses / total, total
 

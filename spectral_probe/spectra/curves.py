@@ -25,6 +25,9 @@ ASTM E308 has no weights for tables coarser than 20 nm."""
 _NOISE = 0.02
 """Values below zero, or above a reflectance of one, by up to this share of the scale are an instrument's noise."""
 
+_SCALES = (1e-20, 1e20)
+"""Powers and sensitivities peak between these, whatever their unit; beyond lie broken exponents."""
+
 _PERCENT = 2.0
 """No passive surface comes near a fraction of this; a table in percent of anything but soot goes beyond."""
 
@@ -70,7 +73,7 @@ def checked(curves: SampledCurves, quantity: str) -> SampledCurves:
     Examples
     --------
     >>> glass = SampledCurves("red.csv", np.array([400.0, 700.0]), np.array([[2.0, 91.0]]), ("T",))
-    >>> checked(glass, TRANSMITTANCE)
+    >>> checked(glass, TRANSMITTANCE)  # doctest: +IGNORE_EXCEPTION_DETAIL
     Traceback (most recent call last):
     ...
     spectral_probe.errors.SpectralDataError: red.csv seems to be in percent (91 at 700 nm). ...
@@ -250,6 +253,11 @@ def _checked_values(curves: SampledCurves, quantity: str) -> SampledCurves:
             raise SpectralDataError(
                 f"{curves.name} has a {'channel' if quantity == SENSITIVITY else 'spectrum'} without any {quantity}"
                 f"{_of(curves, column)}. Check its columns."
+            )
+        if not fraction and not _SCALES[0] < peak < _SCALES[1]:
+            raise SpectralDataError(
+                f"{curves.name} has values up to {peak:.3g}{_of(curves, column)}, which no unit of {quantity} gives. "
+                "Scale them to about 1."
             )
     return replace(curves, values=np.clip(values, 0.0, 1.0 if fraction else None))
 

@@ -53,24 +53,40 @@ def wiener_estimate(light_class: LightClass, channels: FloatArray) -> ClassEstim
         (L, C) sensitivities times the wavelength step.
     """
     responses = light_class.spectra @ channels
-    everything = np.ones(len(responses), bool)
-    operator, precision = _wiener(light_class, responses, everything)
-    folds = [
-        light_class.spectra[tried] - responses[tried] @ _wiener(light_class, responses, others)[0]
-        for tried, others in light_class.folds()
-    ]
+    everything = _Sums.over(light_class, responses, slice(None))
+    operator, precision = _wiener(everything)
+    errors = []
+    for tried, others in light_class.folds():
+        without, _ = _wiener(everything.minus(_Sums.over(light_class, responses, ~others)))
+        errors.append(light_class.spectra[tried] - responses[tried] @ without)
     return ClassEstimate(
-        light_class.name, light_class.share, light_class.direct, operator, precision, _second_moment(folds)
+        light_class.name, light_class.share, light_class.direct, operator, precision, _second_moment(errors)
     )
 
 
-def _wiener(light_class: LightClass, responses: FloatArray, used: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Operator (C, L) and precision (C, C) from the used spectra of a class and the responses (N, C) to them."""
-    shares = light_class.shares[used] / light_class.shares[used].sum()
-    weighted = responses[used] * shares[:, None]
-    seen = weighted.T @ responses[used]
+@dataclass(frozen=True)
+class _Sums:
+    """Second moments of some spectra: of the responses to them (C, C), of responses and spectra (C, L), and their share."""
+
+    seen: FloatArray
+    crossed: FloatArray
+    share: float
+
+    @classmethod
+    def over(cls, light_class: LightClass, responses: FloatArray, some: BoolArray | slice) -> _Sums:
+        shares = light_class.shares[some]
+        weighted = responses[some] * shares[:, None]
+        return cls(weighted.T @ responses[some], weighted.T @ light_class.spectra[some], float(shares.sum()))
+
+    def minus(self, other: _Sums) -> _Sums:
+        return _Sums(self.seen - other.seen, self.crossed - other.crossed, self.share - other.share)
+
+
+def _wiener(sums: _Sums) -> tuple[FloatArray, FloatArray]:
+    """Operator (C, L) and precision (C, C)."""
+    seen = sums.seen / sums.share
     precision = np.linalg.inv(seen + _noise(np.diag(seen)))
-    return precision @ (weighted.T @ light_class.spectra[used]), precision
+    return precision @ (sums.crossed / sums.share), precision
 
 
 def _noise(power: FloatArray) -> FloatArray:

@@ -26,6 +26,9 @@ _KEPT = 0.999
 
 _DIGITS = 7
 
+_LARGEST = 1e30
+"""Numbers of a recovery are smaller than this."""
+
 
 def record(lights: Sequence[tuple[int, SpectralRecovery]], surface: float) -> dict[str, Any]:
     """The recoveries of a panorama, for `SpectralPanorama.further`.
@@ -115,29 +118,39 @@ def _light_posterior(
     to_responses = bases @ (recovery.sensitivities * STEP_NM)
     responses = np.einsum("nk,nkc->nc", weights[way], to_responses[index[way]])
     luminance = responses[:, :3] @ recovery.to_luminance
-    direct = float(shares @ direct_probability(luminance, float(entry["surface_luminance"])))
+    direct = float(shares @ direct_probability(luminance, float(_numbers(entry["surface_luminance"]))))
     known = posterior(recovery, shares @ responses, direct=direct)
     stated = error_of_confidence(float(shares @ panorama.confidence[chosen][way]))
     return known.at_least(stated)  # the texels' own error counts their noise too
+
+
+def _numbers(values: Any) -> FloatArray:
+    """An array of the header; ValueError where it holds what no recovery gives."""
+    array = np.asarray(values, float)
+    if not (np.abs(array) < _LARGEST).all():
+        raise ValueError("not numbers")
+    return array
 
 
 def _recovery(panorama: SpectralPanorama, light: Mapping[str, Any]) -> SpectralRecovery:
     """A recovery as it was recorded; it makes no more spectra, so it needs no positive one."""
     estimates = []
     for one in light["estimates"]:
-        components = np.asarray(one["error_components"], float)
+        components = _numbers(one["error_components"])
+        if not 0 < float(one["share"]) <= 1:
+            raise ValueError("a share is no probability")
         estimates.append(
             ClassEstimate(
                 str(one["name"]),
                 float(one["share"]),
                 one["direct"],
-                np.asarray(one["operator"], float),
-                np.asarray(one["precision"], float),
+                _numbers(one["operator"]),
+                _numbers(one["precision"]),
                 components.T @ components,
             )
         )
     first, count = light["bases"]
-    sensitivities = np.asarray(light["sensitivities"], float)
+    sensitivities = _numbers(light["sensitivities"])
     return SpectralRecovery(
         sensitivities,
         tuple(estimates),

@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from ..errors import SpectralDataError
 from ..model import FloatArray
+from ..parallel import product
 from .basis import not_held, principal_components, spanning
 from .colorimetry import colour_matching_functions
 from .confidence import Recovered
@@ -29,6 +30,7 @@ from .estimates import ClassEstimate, inverse_estimate, wiener_estimate
 from .grid import STEP_NM
 from .incidence import NOISE, IncidenceCorrection, incidence_correction
 from .library import AUTOMATIC
+from .positive import lifted, negative, positive_weights
 from .prior import LightClass, light_classes
 
 METHODS = ("family", "automatic", "paper")
@@ -45,12 +47,6 @@ _TOLERANCE = 3e-3
 _EXAMPLES = 1200
 """Spectra at most that the basis is chosen by."""
 
-_CLIPPINGS = 3
-"""How often negative parts are cut off and what is left is brought back into the span of the basis."""
-
-_MARGIN = np.float32(1e-5)
-"""Lowest value of a spectrum, relative to the basis's positive spectrum of its size, that counts as positive: above rounding."""
-
 _SINGULAR = 1e-4
 """Smallest singular value of the channels, relative to the largest, that can be inverted."""
 
@@ -61,6 +57,9 @@ _PAPER_NOISE = 1e-6
 """The paper inverts as if there were no noise; this only keeps the inverse defined."""
 
 _TINY = np.float32(1e-30)
+
+_AT_A_TIME = 8192
+"""Pixels whose spectra fit a processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -116,45 +115,39 @@ class SpectralRecovery:
         responses = np.asarray(responses, np.float32)
         shape = responses.shape[:-1]
         flat = responses.reshape(-1, responses.shape[-1])
-        likely = self.probabilities(flat, np.broadcast_to(direct, shape).reshape(-1))
+        chance = np.broadcast_to(np.asarray(direct, np.float32), shape).reshape(-1)
+        noise = np.zeros_like(flat) if variance is None else np.asarray(variance).reshape(flat.shape)
+        weights = np.empty((len(flat), self.bases.shape[1]), np.float32)
         index = np.zeros(len(flat), np.uint8)
-        if len(self.bases) > 1:
-            index = likely.argmax(-1).astype(np.uint8)
-        weights = np.zeros((len(flat), self.bases.shape[1]), np.float32)
-        for basis in np.unique(index):
-            chosen = index == basis if len(self.bases) > 1 else slice(None)
-            parts = likely[chosen, :, None] * flat[chosen, None, :]
-            weights[chosen] = parts.reshape(len(parts), -1) @ self._to_weights[basis]
-        flat_variance = None if variance is None else np.asarray(variance, np.float32).reshape(flat.shape)
-        error = self._relative_error(flat, likely, weights, flat_variance)
-        if self.safe_weights is not None:
-            weights = self._non_negative(weights, index, flat)
-        return Recovered(
-            weights.reshape(*shape, -1), index.reshape(shape), error.reshape(shape).astype(np.float32)
-        )
+        error = np.empty(len(flat), np.float32)
+        for start in range(0, len(flat), _AT_A_TIME):
+            few = slice(start, start + _AT_A_TIME)
+            columns, own_noise = (np.array(part[few].T, np.float32, order="C") for part in (flat, noise))
+            squared = self._squared(columns, self._precision_roots)
+            likely = self._likely(columns, squared, chance[few])
+            if len(self.bases) > 1:
+                index[few] = likely.argmax(0)
+            found = self._weights(columns, likely, index[few])
+            error[few] = self._relative_error(columns, squared, likely, found, own_noise)
+            if self.safe_weights is not None:
+                self._make_positive(found, index[few], columns, self.safe_weights)
+            weights[few] = found.T
+        return Recovered(weights.reshape(*shape, -1), index.reshape(shape), error.reshape(shape))
 
     def probabilities(self, responses: FloatArray, direct: FloatArray | float = 1.0) -> FloatArray:
         """How probable each estimate's kind of light is, (..., N) summing to one, from responses (..., C) alone."""
-        squared = self._squared(responses, self._precision_roots)
-        norm = np.maximum((responses**2).sum(-1), _TINY)[..., None]
-        logs = self._log_shares - np.float32(self._channels / 2 + 1) * np.log(
-            np.maximum(squared / norm, _TINY)
-        )
-        chance = np.asarray(direct, np.float32)
-        factors = {True: chance, False: np.float32(1) - chance, None: np.ones_like(chance)}
-        with np.errstate(divide="ignore"):
-            logs = logs + np.log(np.stack([factors[estimate.direct] for estimate in self.estimates], -1))
-        logs = np.exp(logs - logs.max(-1, keepdims=True))
-        return np.asarray(logs / logs.sum(-1, keepdims=True), np.float32)
+        columns = _columns(responses)
+        chance = np.broadcast_to(np.asarray(direct, np.float32), responses.shape[:-1]).reshape(-1)
+        likely = self._likely(columns, self._squared(columns, self._precision_roots), chance)
+        return np.asarray(likely.T.reshape(*responses.shape[:-1], -1))
 
     def unlikeness(self, responses: FloatArray) -> FloatArray:
         """How much farther the light may be from each estimate than lights of its kind are, (..., N), as a factor of variance."""
-        expected = self._channels * self._squared(responses, self._operator_roots)
-        return np.asarray(
-            np.maximum(
-                self._squared(responses, self._precision_roots) / np.maximum(expected, _TINY), np.float32(1)
-            )
+        columns = _columns(responses)
+        squared, energy = (
+            self._squared(columns, roots) for roots in (self._precision_roots, self._operator_roots)
         )
+        return np.asarray(self._unlikeness(squared, energy).T.reshape(*responses.shape[:-1], -1))
 
     @staticmethod
     def strangeness(unlikeness: FloatArray) -> FloatArray:
@@ -179,12 +172,44 @@ class SpectralRecovery:
     def _channels(self) -> int:
         return int(self.sensitivities.shape[1])
 
-    @staticmethod
-    def _squared(responses: FloatArray, roots: FloatArray) -> FloatArray:
-        """Y' A y for every A = root root', roots side by side (C, N C): (..., N)."""
-        channels = responses.shape[-1]
-        products = (responses @ roots).reshape(*responses.shape[:-1], -1, channels)
-        return np.asarray((products * products).sum(-1))
+    # Within: arrays of rows a pixel long, (C, P) responses and (N, P) of the estimates, which a processor works through fastest.
+
+    def _squared(self, columns: FloatArray, roots: FloatArray) -> FloatArray:
+        """Y' A y for every A = root root', roots side by side (C, N C): (N, P)."""
+        products = product(roots.T, columns).reshape(len(self.estimates), -1, columns.shape[-1])
+        np.multiply(products, products, out=products)
+        return np.asarray(products.sum(1))
+
+    def _likely(self, columns: FloatArray, squared: FloatArray, chance: FloatArray) -> FloatArray:
+        """How probable each estimate's kind is, (N, P), from `_squared` by the precisions and `direct` of `recover` (P,)."""
+        norm = np.maximum((columns * columns).sum(0), _TINY)
+        logs = np.log(np.maximum(squared / norm, _TINY))
+        logs *= -np.float32(self._channels / 2 + 1)
+        logs += self._log_shares[:, None]
+        with np.errstate(divide="ignore"):
+            of_chance = {True: np.log(chance), False: np.log(1 - chance), None: np.float32(0)}
+        for number, estimate in enumerate(self.estimates):
+            logs[number] += of_chance[estimate.direct]
+        logs -= logs.max(0)
+        np.exp(logs, out=logs)
+        logs /= logs.sum(0)
+        return logs
+
+    def _unlikeness(self, squared: FloatArray, energy: FloatArray) -> FloatArray:
+        """`unlikeness` (N, P) from `_squared` by the precisions, and by the operators."""
+        expected = np.maximum(np.float32(self._channels) * energy, _TINY)
+        return np.asarray(np.maximum(squared / expected, np.float32(1)))
+
+    def _weights(self, columns: FloatArray, likely: FloatArray, index: npt.NDArray[np.uint8]) -> FloatArray:
+        """Weights (K, P) of the mean of the estimates."""
+        parts = (likely[:, None] * columns).reshape(-1, columns.shape[-1])
+        if len(self.bases) == 1:
+            return product(self._to_weights[0].T, parts)
+        weights = np.empty((self.bases.shape[1], columns.shape[-1]), np.float32)
+        for basis in np.unique(index):
+            chosen = np.flatnonzero(index == basis)
+            weights[:, chosen] = product(self._to_weights[basis].T, parts[:, chosen])
+        return weights
 
     @cached_property
     def _precision_roots(self) -> FloatArray:
@@ -212,66 +237,43 @@ class SpectralRecovery:
         return np.asarray(operators @ np.swapaxes(self.bases, 1, 2), np.float32)
 
     def _relative_error(
-        self, responses: FloatArray, likely: FloatArray, weights: FloatArray, variance: FloatArray | None
+        self,
+        columns: FloatArray,
+        squared: FloatArray,
+        likely: FloatArray,
+        weights: FloatArray,
+        variance: FloatArray,
     ) -> FloatArray:
-        """Within the kinds of light, between them, and from the photographs' noise."""
-        energy = self._squared(responses, self._operator_roots)
+        """Within the kinds of light, between them, and from the photographs' noise: (P,)."""
+        energy = self._squared(columns, self._operator_roots)
         within = np.array([np.trace(estimate.error) for estimate in self.estimates], np.float32)
-        unlike = self.unlikeness(responses)
-        spread = (likely * energy * (1 + within * unlike + self.strangeness(unlike))).sum(-1)
-        mean = (weights**2).sum(-1)  # the basis is orthonormal
-        noise = np.zeros_like(mean)
-        if variance is not None:
-            gains = np.array([(estimate.operator**2).sum(-1) for estimate in self.estimates], np.float32)
-            noise = (variance * (likely @ gains)).sum(-1)
+        unlike = self._unlikeness(squared, energy)
+        spread = (likely * energy * (1 + within[:, None] * unlike + self.strangeness(unlike))).sum(0)
+        mean = (weights * weights).sum(0)  # the basis is orthonormal
+        gains = np.array([(estimate.operator**2).sum(-1) for estimate in self.estimates], np.float32)
+        noise = (variance * product(gains.T, likely)).sum(0)
         return np.asarray(np.sqrt(np.maximum(spread - mean + noise, 0) / np.maximum(mean, _TINY)))
 
-    def _non_negative(
-        self, weights: FloatArray, index: npt.NDArray[np.uint8], responses: FloatArray
-    ) -> FloatArray:
-        weights = weights.copy()
+    def _make_positive(
+        self, weights: FloatArray, index: npt.NDArray[np.uint8], columns: FloatArray, safe: FloatArray
+    ) -> None:
+        """Change those of the weights (K, P) whose spectra have negative parts."""
         for basis in np.unique(index):
-            chosen = np.flatnonzero(index == basis) if len(self.bases) > 1 else np.arange(len(weights))
-            functions = self.bases[basis].astype(np.float32)
-            spectra = weights[chosen] @ functions
-            low = (spectra <= self._floor(spectra, basis)).any(-1)
-            if low.any():
-                which = chosen[low]
-                weights[which] = self._lifted(weights[which], responses[which], functions, basis)
-        return weights
+            own = np.flatnonzero(index == basis)
+            kept = self._functions[basis], safe[basis].astype(np.float32)
+            low = own[negative(weights[:, own], *kept)]
+            if low.size:
+                seen = (kept[0] @ self.sensitivities * STEP_NM).astype(np.float32)
+                weights[:, low] = lifted(weights[:, low], columns[:, low], kept[0], seen, kept[1])
 
-    def _lifted(
-        self, weights: FloatArray, responses: FloatArray, functions: FloatArray, basis: int
-    ) -> FloatArray:
-        """Without negative parts: clipped, brought back into the span, and to the level that the responses have.
+    @cached_property
+    def _functions(self) -> FloatArray:
+        return self.bases.astype(np.float32)
 
-        A last move towards a positive spectrum, just as far as it takes, removes what the span cannot.
-        """
-        seen = (functions @ self.sensitivities * STEP_NM).astype(np.float32)
-        for _ in range(_CLIPPINGS):
-            weights = np.maximum(weights @ functions, 0) @ functions.T
-        fitted = weights @ seen
-        level = (fitted * responses).sum(-1) / np.maximum((fitted * fitted).sum(-1), _TINY)
-        weights = weights * np.maximum(level, 0)[:, None]
-        spectra = weights @ functions
-        safe, size = self._safe(spectra, basis)
-        floor = _MARGIN * size * (safe @ functions)
-        gap = np.maximum(size * (safe @ functions) - spectra, _TINY)
-        share = np.where(spectra < floor, (2 * floor - spectra) / gap, 0).max(-1, keepdims=True)
-        share = np.clip(share, 0, 1)
-        return np.asarray(weights + share * (size * safe - weights))
 
-    def _safe(self, spectra: FloatArray, basis: int) -> tuple[FloatArray, FloatArray]:
-        """A positive spectrum's weights (K,), and the factors (N, 1) that give it the size of spectra (N, L)."""
-        if self.safe_weights is None:
-            raise ValueError("this method leaves spectra as they are")
-        safe = self.safe_weights[basis].astype(np.float32)
-        total = (safe @ self.bases[basis]).sum()
-        return safe, np.maximum(spectra.sum(-1, keepdims=True) / np.float32(total), 0)
-
-    def _floor(self, spectra: FloatArray, basis: int) -> FloatArray:
-        safe, size = self._safe(spectra, basis)
-        return np.asarray(_MARGIN * size * (safe @ self.bases[basis].astype(np.float32)))
+def _columns(responses: FloatArray) -> FloatArray:
+    """Responses (..., C) as (C, P)."""
+    return np.array(responses.reshape(-1, responses.shape[-1]).T, np.float32, order="C")
 
 
 def _side_by_side(matrices: Sequence[FloatArray]) -> FloatArray:
@@ -341,7 +343,7 @@ def recovery_for(
     examples = np.concatenate([light_class.spectra[light_class.members] for light_class in classes])
     examples = examples[:: -(-len(examples) // _EXAMPLES)]
     bases = _bases(estimates, np.asarray(sensitivities), examples @ channels)
-    safe = np.stack([_positive_weights(basis, examples) for basis in bases])
+    safe = np.stack([positive_weights(basis, examples) for basis in bases])
     moment = np.mean([light_class.moment for light_class in classes], axis=0)
     return SpectralRecovery(np.asarray(sensitivities), estimates, bases, safe, moment, method)
 
@@ -379,15 +381,3 @@ def _bases(
     ]
     functions = max(len(basis) for basis in bases)
     return np.stack([np.pad(basis, ((0, functions - len(basis)), (0, 0))) for basis in bases])
-
-
-def _positive_weights(basis: FloatArray, lights: FloatArray) -> FloatArray:
-    """Weights of the mean light, or of the light whose projection into the basis has the highest minimum."""
-    relative = (lights / lights.mean(-1, keepdims=True)) @ basis.T
-    candidates = np.concatenate([relative.mean(0, keepdims=True), relative])
-    lowest = (candidates @ basis).min(-1)
-    if lowest.max() <= 0:
-        raise SpectralDataError(
-            "No light of these families is positive in their basis. Choose fewer lamp families."
-        )
-    return np.asarray(candidates[0] if lowest[0] > 0.02 else candidates[int(lowest.argmax())])

@@ -255,7 +255,8 @@ def read_mask(path: Path, height: int, width: int) -> BoolArray:
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"There is no mask {path}. Check the path.")
-    pixels = cv2.imdecode(np.frombuffer(path.read_bytes(), np.uint8), cv2.IMREAD_UNCHANGED)
+    data = np.frombuffer(path.read_bytes(), np.uint8)
+    pixels = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
     if pixels is None:
         raise FileFormatError(f"{path.name} cannot be read as a picture. Save the mask as PNG.")
     return mask_from_pixels(pixels, height, width, path.name)

@@ -308,7 +308,7 @@ def test_renders_get_the_edited_light(settings, core, in_extension):
     assert by_wavelength.pixels(nm) * by_wavelength.level == pytest.approx(
         spectra[..., [10, 30, 50]], rel=1e-4
     )
-    layers = light.LayerLight(edited).layers
+    layers = light.LayerLight(edited, []).layers
     assert layers.residual < 1e-6  # daylight, the same behind a glass, and an LED: three kinds of light
     assert layers.weights @ layers.spectra == pytest.approx(spectra, rel=1e-3, abs=1e-3 * spectra.max())
     colours = core("spectra.colorimetry")

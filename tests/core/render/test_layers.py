@@ -5,8 +5,9 @@ import pytest
 
 from spectral_probe.errors import RenderError
 from spectral_probe.model import SpectralPanorama
-from spectral_probe.render.layers import light_layers
+from spectral_probe.render.layers import colour_error, light_layers
 from spectral_probe.spectra.colorimetry import delta_e_2000, illuminant, spectra_to_xyz, white_xyz
+from spectral_probe.spectra.glass import glass_transmittance
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 from spectral_probe.spectra.library import daylight, planck, training_lights
 
@@ -151,3 +152,20 @@ def test_dim_light_keeps_its_colour_beside_bright_windows(generator):
     true, held = spectra_to_xyz(spectra_of(probe)), spectra_to_xyz(layers.weights @ layers.spectra)
     level = true[..., 1:2]
     assert delta_e_2000(true / level, held / level, white_xyz("D65")).max() < 0.1
+
+
+def test_colour_error_is_none_for_three_kinds_of_light_and_large_for_four():
+    spectra = np.stack(
+        [
+            planck(2700.0),
+            daylight(6500),
+            daylight(6500) * glass_transmittance("red"),
+            daylight(6500) * glass_transmittance("green"),
+        ]
+    )
+    for kinds, least, most in ((3, 0.0, 0.3), (4, 0.5, 30.0)):
+        quarters = np.repeat(np.arange(4) % kinds, W // 4)
+        weights = np.zeros((H, W, 4), np.float32)
+        weights[:, np.arange(W), quarters] = 1.0
+        probe = panorama(weights, spectra)
+        assert least <= colour_error(probe, light_layers(probe)) <= most
