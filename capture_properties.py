@@ -12,7 +12,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from .library_pickers import lamp_names
+from .library_pickers import glass_names, lamp_names
 
 # Mirrors the lamp families of spectral_probe/spectra/library.py, which is too heavy to import when Blender
 # starts; a test compares the two.
@@ -39,10 +39,14 @@ def file_path(name: str, description: str) -> object:
 
 def filter_file() -> object:
     """Return the filter of a view: a file, or the name of a glass."""
-    return file_path(
-        "Filter",
-        f"These photographs were taken through a filter: its transmittance as a CSV ({_SPECTRUM} 0 to 1), or the name of a "
-        "glass. They belong to the view without a filter that has the same angles",
+    return StringProperty(
+        name="Filter",
+        description="These photographs were taken through a filter: its transmittance as a CSV "
+        f"({_SPECTRUM} 0 to 1), or the name of a glass. They belong to the view without a filter that has the same angles",
+        subtype="FILE_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+        search=glass_names,
+        search_options={"SUGGESTION"},
     )
 
 
@@ -59,19 +63,19 @@ class SPECTRAL_PROBE_PG_region_light(bpy.types.PropertyGroup):
         name="Place",
         description="How the region is given",
         items=(
-            ("SEED", "Bright Thing", "Grown over the bright thing, such as a window, at one direction"),
+            ("SEED", "Point", "The window or lamp at one direction, as far as its light reaches"),
             ("POLYGON", "Polygon", "The smaller side of a polygon of directions"),
             ("MASK", "Mask", "An equirectangular picture, white inside"),
         ),
     )
     bearing: FloatProperty(
         name="Bearing",
-        description="Compass bearing of the bright thing: 0 along +Y, clockwise seen from above",
+        description="Compass bearing of a point in the window or lamp: 0 along +Y, clockwise seen from above",
         subtype="ANGLE",
     )
     elevation: FloatProperty(
         name="Elevation",
-        description="Elevation of the bright thing above the horizon",
+        description="Elevation of that point above the horizon",
         subtype="ANGLE",
         min=-1.5707964,
         max=1.5707964,

@@ -63,6 +63,13 @@ def lamp_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typ
     return _matching([(entry.name, entry.family) for entry in catalogue("lamp")], typed)
 
 
+def glass_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
+    """Stained glasses that come with the extension."""
+    from .spectral_probe.spectra.glass import GLASSES
+
+    return [name for name in GLASSES if typed.casefold() in name.casefold()]
+
+
 def _metals(typed: str) -> Candidates:
     from .spectral_probe.spectra.metals import METAL_NAMES, METAL_PAGES
     from .spectral_probe.spectra.refractive import ENGLISH, search_pages

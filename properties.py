@@ -55,7 +55,7 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
     photos: CollectionProperty(type=SPECTRAL_PROBE_PG_photo, name="Photographs")
     active_photo: IntProperty(name="Active Photograph", min=0)
     azimuth: FloatProperty(
-        name="Azimuth",
+        name="Bearing",
         description="Compass bearing of the view: 0 along +Y, clockwise seen from above, 90 along +X",
         subtype="ANGLE",
     )
@@ -116,7 +116,7 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
     )
     has_probe: BoolProperty(name="In Probe", description="This view is part of the probe last built")
     probe_azimuth: FloatProperty(
-        name="Refined Azimuth", description="Azimuth the probe was built with", subtype="ANGLE"
+        name="Refined Bearing", description="Bearing that the probe was built with", subtype="ANGLE"
     )
     probe_rms_px: FloatProperty(name="Outline RMS", description="RMS of the outline, in pixels", precision=3)
     clipped_fraction: FloatProperty(
@@ -214,7 +214,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         default={"incandescent", "daylight"},
     )
     families_automatic: BoolProperty(
-        name="Automatic", description="Any lamp family may be present; let the photographs decide"
+        name="Any Lamps", description="Any lamp family may be present; let the photographs decide"
     )
     method: EnumProperty(
         name="Method",

@@ -10,13 +10,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from .library_pickers import lamp_names
-
-
-def _glass_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
-    from .spectral_probe.spectra.glass import GLASSES
-
-    return [name for name in GLASSES if typed.lower() in name.lower()]
+from .library_pickers import glass_names, lamp_names
 
 
 def _table(name: str, description: str) -> object:
@@ -32,7 +26,7 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
         name="Region",
         description="How the region is given",
         items=(
-            ("SEED", "Grow", "The window or lamp at one direction, found by its light"),
+            ("SEED", "Point", "The window or lamp at one direction, as far as its light reaches"),
             ("POLYGON", "Polygon", "Corners joined by great circles"),
             ("MASK", "Mask", "A painted picture of the whole panorama, white inside"),
         ),
@@ -53,8 +47,7 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
     )
     polygon: StringProperty(
         name="Corners",
-        description="Bearing and elevation of each corner in degrees, corners separated by semicolons, "
-        "such as 10,0; 30,0; 30,20",
+        description="Bearing and elevation of each corner in degrees, such as 10 0, 30 0, 30 20",
     )
     mask: PointerProperty(
         type=bpy.types.Image,
@@ -65,7 +58,7 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
         name="Glass",
         description="Stained glass put before the region",
         default="red",
-        search=_glass_names,
+        search=glass_names,
         search_options={"SUGGESTION"},
     )
     glass_path: _table(

@@ -29,6 +29,9 @@ class SPECTRAL_PROBE_PG_probe(bpy.types.PropertyGroup):
         max=1.0,
     )
     seconds: FloatProperty(name="Time", description="How long building took", unit="TIME_ABSOLUTE")
+    warnings: StringProperty(
+        name="Warnings", description="What building warned of, one sentence or two a line"
+    )
 
 
 class SPECTRAL_PROBE_PG_render(bpy.types.PropertyGroup):

@@ -51,9 +51,9 @@ class SPECTRAL_PROBE_OT_build_probe(JobOperator, bpy.types.Operator):
         """Keep the report's numbers in the scene."""
         settings = context.scene.spectral_probe
         keep_probe(settings, result.report)
-        for warning in result.report["warnings"]:
-            self.report({"WARNING"}, warning)
         self.report(
             {"INFO"},
             f"Probe built: {settings.probe.blind_fraction:.1%} blind, {settings.probe.seconds:.1f} s",
         )
+        for warning in result.report["warnings"]:  # last, because the status bar shows the last report
+            self.report({"WARNING"}, warning)

@@ -89,8 +89,8 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
                 view.outline_px = (*outline.centre_px, sum(outline.semi_axes_px) / 2)
         shown = next((found for found in result if found.view == settings.active_view), result[0])
         show(shown.picture, f"Outline {shown.view + 1}")
+        worst_px = max(found.outline.rms_px for found in result)
+        self.report({"INFO"}, f"Ball found in {len(result)} view(s), RMS at most {worst_px:.2f} px")
         for found in result:
             for warning in found.warnings:
                 self.report({"WARNING"}, warning)
-        worst_px = max(found.outline.rms_px for found in result)
-        self.report({"INFO"}, f"Ball found in {len(result)} view(s), RMS at most {worst_px:.2f} px")

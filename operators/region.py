@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..spectral_probe.errors import SpectralDataError
 from ..spectral_probe.model import Job, Region
 from .job import JobOperator
 from .polls import has_probe, has_region
 from .results import keep_edits
 from .settings import probe_folder
+from .typed import corners_of
 
 if TYPE_CHECKING:
     from ..spectral_probe.editing import Change, EditedLight
@@ -59,26 +59,6 @@ def _painted(image: bpy.types.Image) -> tuple[str, Find]:
     return f"mask {name}", find
 
 
-def corners_of(text: str) -> tuple[tuple[float, float], ...]:
-    """Corners of a polygon as written in the panel.
-
-    Raises
-    ------
-    SpectralDataError
-        If a corner is not two numbers.
-    """
-    corners = []
-    for corner in filter(None, (part.strip() for part in text.split(";"))):
-        try:
-            azimuth, elevation = (float(number) for number in corner.split(","))
-        except ValueError:
-            raise SpectralDataError(
-                f'"{corner}" is no corner. Write bearing,elevation; bearing,elevation; ... in degrees.'
-            ) from None
-        corners.append((azimuth, elevation))
-    return tuple(corners)
-
-
 class EditsLight(JobOperator):
     """Mixin for operators that edit the probe's light: `edit` says how, the files are written, and the world follows."""
 
@@ -105,7 +85,13 @@ class EditsLight(JobOperator):
         keep_edits(settings, result)
         base = Path(bpy.path.abspath(settings.probe_directory))
         follow_light(context.scene, base, result.directory / "world.exr")
-        self.report({"INFO"}, f"The probe has {len(result.edits)} glasses and lamps")
+        self.report({"INFO"}, _said(len(result.edits)))
+
+
+def _said(count: int) -> str:
+    if count == 0:
+        return "The probe's light is as it was built"
+    return f"The probe's light has {count} {'edit' if count == 1 else 'edits'}"
 
 
 class ChangesRegion(EditsLight):

@@ -52,9 +52,9 @@ class SPECTRAL_PROBE_OT_render_spectral(JobOperator, bpy.types.Operator):
         settings = context.scene.spectral_probe
         keep_render(settings, result)
         show(write_preview(result.xyz), "Render")
+        self.report({"INFO"}, f"{settings.render.passes} passes in {settings.render.seconds:.1f} s")
         for warning in result.warnings:
             self.report({"WARNING"}, warning)
-        self.report({"INFO"}, f"{settings.render.passes} passes in {settings.render.seconds:.1f} s")
 
 
 def write_preview(xyz_path: Path) -> Path:

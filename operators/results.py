@@ -22,6 +22,7 @@ def keep_probe(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> 
     kept.width_px, kept.height_px = report["width"], report["width"] // 2
     kept.blind_fraction = report["blind_fraction"]
     kept.seconds = sum(report["seconds"].values())
+    kept.warnings = "\n".join(report["warnings"])
     for view, row in zip(settings.views, report["views"], strict=True):
         view.has_probe = True
         view.probe_azimuth = math.radians(row["azimuth_deg"])

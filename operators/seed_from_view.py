@@ -1,11 +1,12 @@
-"""Take the direction that the 3D viewport looks in as the seed of a region."""
+"""Take the direction that the 3D viewport looks in: as the seed of a region, or to see its spectrum."""
 
 import math
 
 import bpy
+from bpy.props import EnumProperty
 from mathutils import Euler, Quaternion, Vector
 
-from .base import FINISHED, OperatorResult, ReportsErrors
+from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
 
 
 class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
@@ -13,6 +14,18 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
 
     bl_idname = "spectral_probe.seed_from_view"
     bl_label = "From View"
+
+    target: EnumProperty(
+        name="For",
+        description="What the direction is for",
+        items=(
+            ("EDIT", "Glass and Lamps", "The region that a glass or another lamp is put into"),
+            ("SPECTRUM", "Plots", "The direction whose spectrum is shown"),
+            ("LIGHT", "Lamps by Region", "The active region with a light of its own"),
+            ("CALIBRATION", "Calibration", "The known light in the ball"),
+        ),
+        options={"SKIP_SAVE"},
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -26,10 +39,23 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
         """Put bearing and elevation into the panel."""
         from .bridge.world import placement
 
-        settings = context.scene.spectral_probe.region
         turn, _ = placement(context.scene.world)
-        settings.azimuth, settings.elevation = bearing_of_view(context.region_data.view_rotation, turn)
-        settings.kind = "SEED"
+        azimuth, elevation = bearing_of_view(context.region_data.view_rotation, turn)
+        settings = context.scene.spectral_probe
+        known = settings.known_light
+        if self.target == "EDIT":
+            settings.region.azimuth, settings.region.elevation = azimuth, elevation
+            settings.region.kind = "SEED"
+        elif self.target == "SPECTRUM":
+            settings.spectrum.azimuth, settings.spectrum.elevation = azimuth, elevation
+        elif self.target == "CALIBRATION":
+            known.calibration.bearing, known.calibration.elevation = azimuth, elevation
+        elif known.active_region < len(known.regions):
+            region = known.regions[known.active_region]
+            region.place, region.bearing, region.elevation = "SEED", azimuth, elevation
+        else:
+            self.report({"ERROR"}, "There is no region yet. Add one in Lamps by Region first.")
+            return CANCELLED
         return FINISHED
 
 

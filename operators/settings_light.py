@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from pathlib import Path
 
 import bpy
 
-from ..spectral_probe.errors import CaptureError
+from ..spectral_probe.errors import CaptureError, SpectralDataError
 from ..spectral_probe.light_settings import CalibrationSettings, Rectangle, Region, RegionLight
 from ..spectral_probe.model import Capture
-from .typed import decimal, degrees, path_of
-
-_NUMBER = r"([-+]?\d+(?:\.\d+)?)"
-_CORNER = re.compile(rf"\s*{_NUMBER}[\s]+{_NUMBER}\s*")
+from .typed import corners_of, decimal, degrees, path_of
 
 
 def filter_from(text: str) -> str | Path | None:
@@ -39,7 +35,7 @@ def families_from(group: bpy.types.PropertyGroup) -> tuple[str, ...]:
     known = group.bl_rna.properties["families"].enum_items.keys()
     families = tuple(family for family in known if family in group.families)
     if not families:
-        raise CaptureError("No lamp family is chosen. Choose those that may be present, or Automatic.")
+        raise CaptureError("No lamp family is chosen. Choose those that may be present, or Any Lamps.")
     return families
 
 
@@ -104,12 +100,10 @@ def _region_from(group: bpy.types.PropertyGroup, number: int) -> RegionLight:
 
 
 def _corners(text: str, number: int) -> tuple[tuple[float, float], ...]:
-    corners = [_CORNER.fullmatch(part) for part in text.split(",")]
-    if not all(corners):
-        raise CaptureError(
-            f'The corners of region {number} are "{text}". Write bearing and elevation of each in degrees: 10 5, 40 5, 25 30.'
-        )
-    return tuple((float(corner[1]), float(corner[2])) for corner in corners if corner)
+    try:
+        return corners_of(text)
+    except SpectralDataError as problem:
+        raise CaptureError(f"Region {number}: {problem}") from problem
 
 
 def _fill_region(group: bpy.types.PropertyGroup, light: RegionLight) -> None:

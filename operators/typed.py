@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import bpy
+
+from ..spectral_probe.errors import SpectralDataError
+
+_NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+))"
+_CORNER = re.compile(rf"{_NUMBER}(?:\s*,\s*|\s+){_NUMBER}")
 
 
 def path_of(text: str) -> Path | None:
@@ -21,3 +27,22 @@ def decimal(value: float) -> float:
 def degrees(angle_rad: float) -> float:
     """An angle of Blender's in degrees."""
     return round(math.degrees(angle_rad), 4)
+
+
+def corners_of(text: str) -> tuple[tuple[float, float], ...]:
+    """Corners of a polygon as people write them: `10 5, 40 5, 25 30` or `10,5; 40,5; 25,30`.
+
+    Raises
+    ------
+    SpectralDataError
+        If a corner is not two numbers.
+    """
+    corners = []
+    for written in text.strip().strip(",;").split(";" if ";" in text else ","):
+        corner = _CORNER.fullmatch(written.strip())
+        if corner is None:
+            raise SpectralDataError(
+                f'"{written.strip()}" is no corner. Write bearing and elevation of each in degrees: 10 5, 40 5, 25 30.'
+            )
+        corners.append((float(corner[1]), float(corner[2])))
+    return tuple(corners)

@@ -124,7 +124,7 @@ class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the families as a list of switches."""
         settings = context.scene.spectral_probe
-        self.layout.prop(settings, "families_automatic", text="Any Lamps")
+        self.layout.prop(settings, "families_automatic")
         families = self.layout.column(align=True)
         families.enabled = not settings.families_automatic
         families.prop(settings, "families", expand=True)

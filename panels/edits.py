@@ -4,13 +4,13 @@ from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, job_button, results, row, settings_layout
+from .main import InSidebar, job_button, paragraph, results, row, settings_layout
 
 _ICONS = {"glass": "MOD_LATTICE", "lamp": "LIGHT"}
 
 
 class SPECTRAL_PROBE_UL_edits(bpy.types.UIList):
-    """One glass or lamp a row: its name, and where it is."""
+    """One glass or lamp a row: its name, and how large it is."""
 
     def draw_item(
         self,
@@ -28,7 +28,7 @@ class SPECTRAL_PROBE_UL_edits(bpy.types.UIList):
         details = line.row()
         details.alignment = "RIGHT"
         details.active = False
-        details.label(text=edit.region)
+        details.label(text=f"{edit.solid_angle_sr:.3g} sr")
 
 
 class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
@@ -86,5 +86,5 @@ def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context, edits: bp
     if edits.active_edit < count:
         edit = edits.items[edits.active_edit]
         column = results(layout)
-        column.label(text=edit.region)
+        paragraph(column, context, edit.region, "NONE")
         row(column, "Solid angle", f"{edit.solid_angle_sr:.4f} sr")

@@ -44,6 +44,7 @@ class SPECTRAL_PROBE_PT_region_lights(InSidebar, bpy.types.Panel):
         if region.place == "SEED":
             column.prop(region, "bearing")
             column.prop(region, "elevation")
+            column.operator("spectral_probe.seed_from_view", icon="VIEW3D").target = "LIGHT"
         else:
             column.prop(region, "polygon_deg" if region.place == "POLYGON" else "mask")
         column.prop(region, "light")
@@ -76,6 +77,7 @@ class SPECTRAL_PROBE_PT_calibration(InSidebar, bpy.types.Panel):
         else:
             column.prop(known, "bearing")
             column.prop(known, "elevation")
+            column.operator("spectral_probe.seed_from_view", icon="VIEW3D").target = "CALIBRATION"
         column.separator()
         column.prop(known, "light")
         if known.light == "SPECTRUM":

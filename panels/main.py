@@ -1,6 +1,11 @@
 """The sidebar tab that holds a child panel for each stage."""
 
+import textwrap
+
 import bpy
+
+_LETTER_PX = 6.2  # mean width of a letter in Blender's default font, at a resolution scale of 1
+_MARGINS_PX = 80  # of the sidebar's width: tabs, frames and an icon
 
 
 class InSidebar:
@@ -47,6 +52,15 @@ def row(column: bpy.types.UILayout, name: str, value: str) -> None:
     names.active = False
     names.label(text=name)
     split.label(text=value)
+
+
+def paragraph(column: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str) -> None:
+    """A text too long for one line, broken to the width of the sidebar."""
+    region_px = context.region.width if context.region is not None else 0
+    scale = context.preferences.system.ui_scale or 1.0  # 0 without a window
+    letters = int((region_px / scale - _MARGINS_PX) / _LETTER_PX)
+    for index, line in enumerate(textwrap.wrap(text, max(letters, 20))):
+        column.label(text=line, icon="BLANK1" if index and icon != "NONE" else icon)
 
 
 def cells(column: bpy.types.UILayout, *texts: str, active: bool = True) -> None:

@@ -21,6 +21,7 @@ class SPECTRAL_PROBE_PT_plots(InSidebar, bpy.types.Panel):
         column = settings_layout(layout)
         column.prop(chosen, "azimuth")
         column.prop(chosen, "elevation")
+        column.operator("spectral_probe.seed_from_view", icon="VIEW3D").target = "SPECTRUM"
         column.prop(chosen, "radius")
         column.prop(chosen, "measured")
         job_button(layout, context, "spectral_probe.show_spectrum", "GRAPH")

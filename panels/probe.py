@@ -4,7 +4,7 @@ import math
 
 import bpy
 
-from .main import InSidebar, cells, duration, job_button, results, row, settings_layout
+from .main import InSidebar, cells, duration, job_button, paragraph, results, row, settings_layout
 
 
 class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
@@ -23,6 +23,8 @@ class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
         job_button(layout, context, "spectral_probe.build_probe", "LIGHTPROBE_SPHERE")
         if settings.probe.width_px:
             _draw_probe(results(layout), settings)
+            for warning in settings.probe.warnings.splitlines():
+                paragraph(results(layout), context, warning, "ERROR")
 
 
 def _draw_probe(column: bpy.types.UILayout, settings: bpy.types.AnyType) -> None:
@@ -31,7 +33,7 @@ def _draw_probe(column: bpy.types.UILayout, settings: bpy.types.AnyType) -> None
     row(column, "Blind", f"{probe.blind_fraction:.2%}")
     row(column, "Time", duration(probe.seconds))
     column.separator()
-    cells(column, "View", "Azimuth", "RMS", "Clipped", active=False)
+    cells(column, "View", "Bearing", "RMS", "Clipped", active=False)
     for view in settings.views:
         if view.has_probe:
             cells(

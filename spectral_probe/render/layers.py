@@ -14,6 +14,7 @@ from ..errors import RenderError
 from ..model import FloatArray, LightLayers, SpectralPanorama
 from ..spectra.colorimetry import colour_matching_functions, delta_e_2000, white_xyz
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM, resample
+from ..spectra.library import surface_reflectances
 
 _NEGLIGIBLE = 1e-5
 """Share of the luminous energy that may fall outside the cone, darkest first: noise in the dark must not widen it."""
@@ -21,6 +22,12 @@ _NEGLIGIBLE = 1e-5
 _MARGIN = 1e-3
 """The triangle is widened by this share: OpenCV computes it in single precision."""
 
+_COLOUR_WEIGHT = 1e4
+"""How much more a difference counts that changes tristimulus values than one that does not. So large that three layers give
+every direction its own colour, dim ones beside bright windows too."""
+
+_TRACE = 1e-9
+"""Share of smooth spectra added to the panorama's energy, see `light_layers`."""
 _COMPARED_WIDTH = 256
 """Width in texels at which the layers' colours are compared with the panorama's."""
 
@@ -50,22 +57,27 @@ def light_layers(panorama: SpectralPanorama) -> LightLayers:
 
     Notes
     -----
-    Energy is weighted by solid angle, and by how sensitive the eye is at a wavelength, since three layers of a panorama
-    with more kinds of light must forget something and should forget what is not seen.
+    Energy is weighted by solid angle, and by what of it the eye sees, since three layers of a panorama with more kinds of
+    light must forget something and should forget what is not seen: every direction keeps its tristimulus values, and what is
+    lost shows only in surfaces' colours.
     """
     bases = resample(panorama.wavelengths_nm, panorama.bases, name="the panorama's basis")
     solid_angle = _solid_angles(panorama.weights.shape[0])
-    visual = _visual_weight()
+    root = _visual_root()
     moment = _second_moment(panorama, bases, solid_angle)
     total = float(np.trace(moment))
     if not total > 0:
         raise RenderError("The panorama holds no light at all. Build the probe again.")
-    _, vectors = np.linalg.eigh(visual[:, None] * moment * visual)
+    matching = colour_matching_functions()
+    smooth = matching @ matching.T  # takes the places that light of one or two kinds leaves empty
+    _, vectors = np.linalg.eigh(root @ (moment + _TRACE * total / np.trace(smooth) * smooth) @ root)
     strongest = vectors[:, ::-1][:, :3]
-    space = strongest.T / visual  # (3, L) spectra, and (L, 3) what projects a spectrum onto them
-    coordinates = _coordinates(panorama, bases @ (strongest * visual[:, None]))
+    space = np.linalg.solve(
+        root, strongest
+    ).T  # (3, L) spectra, and (L, 3) what projects a spectrum onto them
+    coordinates = _coordinates(panorama, bases @ (root @ strongest))
 
-    to_luminance = space @ colour_matching_functions()[:, 1] * STEP_NM
+    to_luminance = space @ matching[:, 1] * STEP_NM
     luminance = coordinates @ to_luminance
     level = _mean(np.maximum(luminance, 0.0), solid_angle)
     if not level > 0:
@@ -101,26 +113,30 @@ def light_mixtures(layers: LightLayers, count: int = 2000) -> FloatArray:
 
 
 def colour_error(panorama: SpectralPanorama, layers: LightLayers) -> float:
-    """How wrong the layers make the colour of the light where they do worst: dE2000.
+    """How wrong the layers make the colour of surfaces in the light where they do worst: dE2000.
 
-    It is the mean over the worst twentieth of the panorama's luminous energy, every direction at one luminance with the white of
-    D65. Kinds of light beyond three (lamps, windows, what they light, stained glasses) cannot all be held.
+    Light seen directly keeps its colour; some surfaces of the library stand for what it falls on. The error is the mean over the
+    worst twentieth of the panorama's luminous energy, every direction at one luminance with the white of D65. Kinds of light
+    beyond three (lamps, windows, what they light, stained glasses) cannot all be held.
     """
+    step = max(1, panorama.valid.shape[1] // _COMPARED_WIDTH)
+    index = panorama.basis_index[::step, ::step]
+    bases = resample(panorama.wavelengths_nm, panorama.bases)[index.ravel()]
+    true = np.einsum("nk,nkl->nl", panorama.weights[::step, ::step].reshape(index.size, -1), bases)
+    held = layers.weights[::step, ::step].reshape(-1, 3) @ layers.spectra
     matching = colour_matching_functions() * STEP_NM
-    true = np.zeros((*panorama.valid.shape, 3), np.float32)
-    for index, basis in enumerate(resample(panorama.wavelengths_nm, panorama.bases) @ matching):
-        uses = panorama.basis_index == index
-        true[uses] = panorama.weights[uses] @ basis.astype(np.float32)
-    held = layers.weights @ (layers.spectra @ matching).astype(np.float32)
-    small = min(panorama.valid.shape[1], _COMPARED_WIDTH)
-    true, held = (cv2.resize(xyz, (small, small // 2), interpolation=cv2.INTER_AREA) for xyz in (true, held))
-    energy = (np.maximum(true[..., 1], 0) * _solid_angles(small // 2)).ravel()
-    true, held = (np.maximum(xyz.reshape(-1, 3), 0) for xyz in (true, held))
-    lit = (true[:, 1] > 0) & (held[:, 1] > 0)
+    luminance = true @ matching[:, 1]
+    energy = np.maximum(luminance, 0) * np.broadcast_to(_solid_angles(index.shape[0]), index.shape).ravel()
+    lit = luminance > 0
     if not lit.any():
         return 0.0
-    true, held = (0.6 * xyz[lit] / xyz[lit, 1:2] for xyz in (true, held))
-    difference = delta_e_2000(true, held, white_xyz())
+    surfaces = surface_reflectances()[::4]
+    seen = np.einsum("sl,lc->lsc", surfaces, matching).reshape(len(matching), -1)
+    true, held = (
+        0.6 * np.maximum(spectra[lit] @ seen, 0).reshape(-1, len(surfaces), 3) / luminance[lit, None, None]
+        for spectra in (true, held)
+    )
+    difference = delta_e_2000(true, held, white_xyz()).mean(1)
     order = np.argsort(difference)[::-1]
     shares = energy[lit][order]
     worst = np.searchsorted(np.cumsum(shares), 0.05 * shares.sum()) + 1
@@ -134,14 +150,21 @@ def _solid_angles(height: int) -> FloatArray:
     return np.asarray(rows / rows.mean())[:, None]
 
 
-def _visual_weight() -> FloatArray:
-    """How sensitive the eye is at each wavelength, (L,), 1 at most: root of the summed squared matching functions.
+def _visual_root() -> FloatArray:
+    """Root M^1/2 (L, L) of the metric M in which spectra are told apart: how much of a difference is seen.
 
-    Not below a tenth, so that light at the ends of the spectrum, where reflectances of copper and gold rise, counts too.
+    A difference counts by the eye's sensitivity at its wavelengths, not below a tenth of the highest, so that light at the
+    ends of the spectrum, where reflectances of copper and gold rise, counts too; and `_COLOUR_WEIGHT` times as much where it
+    changes the tristimulus values: light seen directly, or in a mirror, keeps its colour.
     """
     matching = colour_matching_functions()
-    weight = np.sqrt(((matching / matching.sum(0)) ** 2).sum(1))
-    return np.asarray(np.maximum(weight / weight.max(), 0.1))
+    matching = matching / matching.sum(0)
+    weight = np.sqrt((matching**2).sum(1))
+    weight = np.maximum(weight / weight.max(), 0.1)
+    seen = np.linalg.qr(matching / weight[:, None])[0]  # orthonormal, once the weight is divided out
+    within = np.eye(len(weight)) + (_COLOUR_WEIGHT - 1) * seen @ seen.T
+    values, vectors = np.linalg.eigh(weight[:, None] * within * weight)
+    return np.asarray((vectors * np.sqrt(values)) @ vectors.T)
 
 
 def _mean(values: FloatArray, solid_angle: FloatArray) -> float:

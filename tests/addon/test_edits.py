@@ -291,7 +291,7 @@ def test_the_panel(settings, drawn, capfd):
 
 def test_search_fields(in_extension):
     properties = in_extension("region_properties")
-    assert "red" in properties._glass_names(None, bpy.context, "re")
+    assert "red" in properties.glass_names(None, bpy.context, "re")
     assert "LED-B3" in dict(properties.lamp_names(None, bpy.context, "led-b"))
 
 
@@ -341,6 +341,30 @@ def test_the_seed_is_taken_from_a_viewport(settings, in_extension):
     expected = in_extension("operators.seed_from_view").bearing_of_view(view, (0.0, 0.0, 0.0))
     assert (settings.region.azimuth, settings.region.elevation) == pytest.approx(expected)
     assert settings.region.kind == "SEED"
+
+
+def test_the_view_gives_other_panels_their_direction(settings):
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    known = settings.known_light
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        ops.seed_from_view()
+        expected = pytest.approx((settings.region.azimuth, settings.region.elevation))
+        ops.seed_from_view(target="SPECTRUM")
+        ops.seed_from_view(target="CALIBRATION")
+        with pytest.raises(RuntimeError, match="Add one in Lamps by Region"):
+            ops.seed_from_view(target="LIGHT")
+        light = known.regions.add()
+        light.place = "POLYGON"
+        ops.seed_from_view(target="LIGHT")
+    assert (settings.spectrum.azimuth, settings.spectrum.elevation) == expected
+    assert (known.calibration.bearing, known.calibration.elevation) == expected
+    assert (light.place, light.bearing, light.elevation) == (
+        "SEED",
+        settings.region.azimuth,
+        settings.region.elevation,
+    )
 
 
 @pytest.mark.usefixtures("settings")

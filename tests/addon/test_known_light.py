@@ -96,8 +96,16 @@ def test_corners_are_numbers(in_extension, settings):
     module = in_extension("operators.settings_light")
     region = settings.known_light.regions.add()
     region.place, region.polygon_deg = "POLYGON", "10 5, forty 5"
-    with pytest.raises(Exception, match="Write bearing and elevation of each in degrees"):
+    with pytest.raises(Exception, match=r'Region 1: "forty 5" is no corner. Write bearing and elevation'):
         module.regions_from(settings.known_light)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["10 5, -40 5.5, 25 .5", "10,5; -40,5.5; 25,.5", "10 5; -40 5.5; 25 .5;", " 10 , 5;-40, 5.5 ; 25 .5"],
+)
+def test_corners_are_read_in_both_manners(in_extension, text):
+    assert in_extension("operators.typed").corners_of(text) == ((10.0, 5.0), (-40.0, 5.5), (25.0, 0.5))
 
 
 def test_families_of_both_lists_are_the_same(in_extension, settings):
@@ -106,7 +114,7 @@ def test_families_of_both_lists_are_the_same(in_extension, settings):
         group.bl_rna.properties["families"].enum_items.keys() for group in (region, settings)
     )
     assert own == all_families
-    assert "FL11" in in_extension("capture_properties")._illuminants(None, bpy.context, "fl11")
+    assert "FL11" in dict(in_extension("capture_properties").lamp_names(None, bpy.context, "fl11"))
 
 
 def test_the_ball_is_looked_for_without_the_filter(settings, capture_file):

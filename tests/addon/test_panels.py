@@ -73,10 +73,10 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("capture", ["import_capture", "save_capture", "add_view", "remove_view"]),
         ("camera", ["calibrate"]),
         ("lamps", ["add_own_light", "remove_own_light"]),
-        ("region_lights", ["add_region_light", "remove_region_light"]),
+        ("region_lights", ["add_region_light", "remove_region_light", "seed_from_view"]),
         ("ball", ["detect_ball"]),
         ("probe", ["build_probe"]),
-        ("plots", ["show_spectrum", "show_basis", "show_confidence", "show_sensitivities"]),
+        ("plots", ["seed_from_view", "show_spectrum", "show_basis", "show_confidence", "show_sensitivities"]),
         ("world", ["light_world"]),
         ("objects", ["add_object", "add_object", "add_object"]),
         ("render", ["render_spectral"]),
@@ -189,3 +189,12 @@ def test_regions_ask_for_their_place_and_light(settings, place, field, light, kn
     named = fields(drawn(panel("region_lights")))
     assert {field, known} <= named
     assert not ({"bearing", "polygon_deg", "mask", "families", "spectrum"} - {field, known}) & named
+
+
+def test_warnings_of_a_build_stay_in_the_panel(filled, drawn):
+    said = "The sensitivities of this camera are normalised channel by channel, so the gains of its channels are lost."
+    filled.probe.warnings = f"{said}\nView 2 is clipped."
+    shown = texts(drawn(panel("probe")))
+    assert said in " ".join(shown)  # in several lines, one after the other
+    assert said not in shown
+    assert "View 2 is clipped." in shown

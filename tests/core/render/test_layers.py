@@ -138,6 +138,22 @@ def test_no_light_is_refused(level):
         light_layers(panorama(np.full((H, W, 1), level), planck(2856.0)[None]))
 
 
+def test_dim_light_keeps_its_colour_beside_bright_windows(generator):
+    """More kinds of light than three layers hold: what is a thousand times darker must not take the windows' colours."""
+    window = daylight(6500.0)
+    red = planck(2856.0) * (0.05 + 0.9 / (1 + np.exp((600 - WAVELENGTHS_NM) / 8)))
+    bases = np.stack(
+        [window, window * np.exp(-(((WAVELENGTHS_NM - 530) / 30) ** 2)), illuminant("LED-B3"), red]
+    )
+    weights = generator.random((H, W, 4)) * np.array([1000.0, 300.0, 300.0, 0.0])
+    weights[H // 2 :] = generator.random((H - H // 2, W, 4)) * np.array([0.2, 0.0, 0.0, 1.0])
+    probe = panorama(weights, bases)
+    layers = light_layers(probe)
+    true, held = spectra_to_xyz(spectra_of(probe)), spectra_to_xyz(layers.weights @ layers.spectra)
+    level = true[..., 1:2]
+    assert delta_e_2000(true / level, held / level, white_xyz("D65")).max() < 0.1
+
+
 def test_colour_error_is_none_for_three_kinds_of_light_and_large_for_four():
     spectra = np.stack(
         [
