@@ -27,7 +27,7 @@ class LayerLight:
         error = colour_error(probe, self.layers)
         if error > _NOTICEABLE_DE2000:
             warnings.append(
-                f"Three light layers cannot hold all colours of this light: surfaces in the worst of it are off by dE2000 {error:.1f}. "
+                f"Three light layers cannot hold all of this light: surfaces in the worst of it are off by dE2000 {error:.1f}. "
                 "Render all wavelengths where they matter."
             )
 

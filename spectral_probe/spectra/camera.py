@@ -185,8 +185,8 @@ def gains_remark(name: str, sensitivities: FloatArray) -> str | None:
     if not gains_lost(sensitivities):
         return None
     return (
-        f"The sensitivities of {name} are normalised channel by channel, so the gains of its channels are lost. "
-        "Calibrate them on one known light: a grey card or a lamp of known spectrum."
+        f"The sensitivities of {name} are normalised channel by channel, so the gains of its channels are lost "
+        "and all colours may be tinted. Calibrate them on one known light: a grey card or a lamp of known spectrum."
     )
 
 

@@ -190,7 +190,7 @@ def test_curves_without_gains_ask_for_a_calibration(three_lamps, plain, folder):
         for calibration in (None, lamp)
     )
     assert len(said) == 1
-    assert "the gains of its channels are lost. Calibrate them" in said[0]
+    assert "the gains of its channels are lost and all colours may be tinted. Calibrate them" in said[0]
     assert not silent
 
 
