@@ -14,12 +14,11 @@ from .geometry.sphere import resized
 from .model import BoolArray, Job, Progress, SpectralPanorama
 from .parallel import in_parallel, row_blocks
 from .spectra.confidence import Recovered
+from .spectra.edits import MOST_BASES
 from .spectra.emitters import direct_probability, surface_luminance
 from .spectra.grid import WAVELENGTHS_NM
 from .spectra.recorded import ENTRY, record
 from .spectra.recovery import MOST_WEIGHTS, SpectralRecovery
-
-_MOST_BASES = 256
 
 _KINDS_WIDTH = 256
 """Width of the panorama on which the kinds of light are summed up."""
@@ -55,7 +54,7 @@ def recover_light(
     """
     height, width = seen.valid.shape
     first = np.cumsum([0, *(len(light.recovery.bases) for light in lights)])
-    if first[-1] > _MOST_BASES:
+    if first[-1] > MOST_BASES:
         raise SpectralDataError("There are too many regions with lights of their own. Use fewer.")
     yield Progress(0.0, "Telling lamps from surfaces")
     luminance = seen.responses[..., :3] @ lights[0].recovery.to_luminance
