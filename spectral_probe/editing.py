@@ -22,7 +22,7 @@ from .files.region_json import read_region
 from .geometry.frames import panorama_solid_angles
 from .model import BoolArray, Edit, Job, Keeps, Progress, SpectralPanorama, part
 from .render.layers import light_layers
-from .spectra.colorimetry import chromaticity, panorama_xyz, spectra_to_xyz, xyz_to_rec709
+from .spectra.colorimetry import chromaticity, panorama_rec709, spectra_to_xyz
 from .spectra.edits import (
     apply_edit,
     edited_mask,
@@ -213,7 +213,7 @@ def _write_light(panorama: SpectralPanorama, directory: Path) -> Job[None]:
         yield Progress(0.5, "Writing layers.exr")
         write_layers(folder / "layers.exr", layers)
         yield Progress(0.7, "Writing world.exr")
-        write_rgb(folder / "world.exr", np.maximum(xyz_to_rec709(panorama_xyz(panorama)), 0.0))
+        write_rgb(folder / "world.exr", panorama_rec709(panorama))
         yield Progress(0.9, "Writing preview.png")
         write_png(folder / "preview.png", panorama_preview(panorama))
         folder.rename(directory)

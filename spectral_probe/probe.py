@@ -31,7 +31,7 @@ from .recoveries import Recoveries, recoveries_of
 from .render.layers import colour_error, light_layers
 from .report import probe_report
 from .spectra.camera import REC709, camera_sensitivities
-from .spectra.colorimetry import panorama_xyz, xyz_to_rec709
+from .spectra.colorimetry import panorama_rec709
 from .spectra.incidence import IncidenceCorrection, incidence_cosines
 from .spectra.metals import ball_reflectance
 from .view import MeasuredView, measure_view
@@ -208,7 +208,7 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
         yield Progress(0.1, "Writing layers.exr")
         write_layers(folder / "layers.exr", layers)
         yield Progress(0.2, "Writing world.exr")
-        world = np.maximum(xyz_to_rec709(panorama_xyz(probe.panorama)), 0.0)
+        world = panorama_rec709(probe.panorama)
         write_rgb(folder / "world.exr", world, header={"comment": _WORLD_COMMENT})
         yield Progress(0.3, "Writing preview.png")
         write_png(folder / "preview.png", panorama_preview(probe.panorama))

@@ -101,6 +101,11 @@ def xyz_to_rec709(xyz: FloatArray) -> FloatArray:
     return xyz @ _rec709_matrix().T.astype(np.asarray(xyz).dtype)
 
 
+def panorama_rec709(panorama: SpectralPanorama) -> FloatArray:
+    """A panorama in scene-linear Rec.709, (H, W, 3) float32; colours out of gamut are cut at zero."""
+    return np.maximum(xyz_to_rec709(panorama_xyz(panorama)), 0.0)
+
+
 def rec709_to_xyz(rgb: FloatArray) -> FloatArray:
     """Tristimulus values of scene-linear Rec.709, (..., 3) -> (..., 3); the inverse of `xyz_to_rec709`.
 
