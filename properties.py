@@ -19,7 +19,8 @@ from bpy.props import (
 from . import region_properties
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
-from .library_pickers import ball_materials, camera_names, metal_names, reflectance_names
+from .library_pickers import ball_materials, camera_names
+from .material_properties import SPECTRAL_PROBE_PG_material
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
     SPECTRAL_PROBE_PG_probe,
@@ -309,36 +310,6 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         subtype="PIXEL",
     )
     comparison: PointerProperty(type=SPECTRAL_PROBE_PG_comparison)
-
-
-class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
-    """What a material is in spectral passes."""
-
-    kind: EnumProperty(
-        name="Spectrum",
-        description="How this material behaves at every wavelength",
-        items=(
-            ("RGB", "From Colours", "Spectra are made from the colours of the material's nodes"),
-            ("METAL", "Metal", "Measured complex refractive index of a metal"),
-            ("REFLECTANCE", "Reflectance", "Measured diffuse reflectance from a file"),
-        ),
-    )
-    metal: StringProperty(
-        name="Metal",
-        description="Metal (Au, Ag, Cu, Al, ...) or a page of refractiveindex.info as shelf/book/page",
-        default="Au",
-        search=metal_names,
-        search_options={"SUGGESTION"},
-    )
-    reflectance_path: StringProperty(
-        name="Reflectance",
-        description="A measured surface of the library, or a file with the columns wavelength_nm,reflectance, "
-        "covering 400-700 nm",
-        subtype="FILE_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
-        search=reflectance_names,
-        search_options={"SUGGESTION"},
-    )
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(

@@ -26,9 +26,10 @@ from .geometry.sampling import sampling
 from .geometry.stitch import doubts
 from .known_light import Calibration, calibrated, calibration_note, check_calibration, patch_of
 from .light import recover_light
-from .model import Capture, FloatArray, Job, LightLayers, Progress, SpectralPanorama, part
+from .model import Capture, FloatArray, Job, Progress, SpectralPanorama, part
 from .recoveries import Recoveries, recoveries_of
 from .render.layers import colour_error, light_layers
+from .render_model import LightLayers
 from .report import probe_report
 from .spectra.camera import REC709, camera_sensitivities
 from .spectra.colorimetry import panorama_rec709

@@ -20,9 +20,10 @@ import numpy as np
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.files.atomic import written_whole
 from ...spectral_probe.files.image_exr import read_channels, read_rgb, write_channels
-from ...spectral_probe.model import Job, PassPlan, Progress, SpectralPanorama
+from ...spectral_probe.model import Job, Progress, SpectralPanorama
 from ...spectral_probe.render.combine import combine_xyz
 from ...spectral_probe.render.plan import reference_plan, save_plan
+from ...spectral_probe.render_model import PassPlan
 from ...spectral_probe.spectra.colorimetry import xyz_to_rec709
 from .images import exr_renders
 from .light import LayerLight, WavelengthLight, panorama_rec709

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from ...spectral_probe.errors import RenderError
-from ...spectral_probe.model import PassPlan, SpectralPanorama
+from ...spectral_probe.model import SpectralPanorama
 from ...spectral_probe.render.layers import colour_error, light_layers, light_mixtures
 from ...spectral_probe.render.plan import light_basis_plan, reference_plan
+from ...spectral_probe.render_model import PassPlan
 from ...spectral_probe.spectra.colorimetry import spectra_to_xyz, xyz_to_rec709
 from ...spectral_probe.spectra.grid import resample
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileFormatError
-from ..model import Edit, FloatArray, LightLayers, SpectralPanorama
+from ..model import Edit, FloatArray, SpectralPanorama
+from ..render_model import LightLayers
 from .image_exr import read_channels, write_channels, write_rgb
 
 _PROBE_HEADER = "spectralProbe"

@@ -10,7 +10,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..errors import RenderError
-from ..model import FloatArray, PassPlan
+from ..model import FloatArray
+from ..render_model import PassPlan
 from ..spectra.colorimetry import spectra_to_xyz
 
 

@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 
 from ..errors import RenderError
-from ..model import FloatArray, LightLayers, SpectralPanorama
+from ..model import FloatArray, SpectralPanorama
+from ..render_model import LightLayers
 from ..spectra.colorimetry import colour_matching_functions, delta_e_2000, white_xyz
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM, resample
 from ..spectra.library import surface_reflectances

@@ -25,7 +25,8 @@ import numpy as np
 
 from ..errors import FileFormatError, RenderError
 from ..files.atomic import written_whole
-from ..model import FloatArray, PassPlan
+from ..model import FloatArray
+from ..render_model import PassPlan
 from ..spectra.colorimetry import colour_matching_functions, delta_e_2000, spectra_to_xyz
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM
 
@@ -68,6 +69,9 @@ def reference_plan() -> PassPlan:
         reconstruction=reconstruction,
         grid_nm=WAVELENGTHS_NM.copy(),
         sample_shares=np.ones(passes),
+        references=tuple(range(passes)),
+        light_sets=(0,) * passes,
+        predicted_cost=float(passes),
     )
 
 
@@ -221,6 +225,9 @@ def _plan_of(nodes: list[int], weights: FloatArray, layers: FloatArray) -> PassP
         reconstruction=weights[:, None, :] * layers[None],
         grid_nm=WAVELENGTHS_NM.copy(),
         sample_shares=np.ones(len(nodes)),
+        references=tuple(range(len(nodes))),
+        light_sets=(0,) * len(nodes),
+        interpolation=weights,
     )
 
 
@@ -279,6 +286,8 @@ def load_plan(path: Path) -> PassPlan:
             reconstruction=np.array(content["reconstruction"], float),
             grid_nm=np.array(content["grid_nm"], float),
             sample_shares=np.array(content["sample_shares"], float),
+            references=tuple(range(len(content["sample_shares"]))),
+            light_sets=(0,) * len(content["sample_shares"]),
             predicted_de2000=None if predicted is None else (float(predicted[0]), float(predicted[1])),
         )
     except (KeyError, TypeError, ValueError, IndexError):

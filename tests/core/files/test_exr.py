@@ -8,7 +8,8 @@ from spectral_probe.errors import FileFormatError
 from spectral_probe.files.image_exr import read_rgb, write_channels, write_rgb
 from spectral_probe.files.probe_exr import read_layers, read_probe, write_layers, write_probe
 from spectral_probe.files.spectral_exr import read_spectral, write_spectral, write_spectral_panorama
-from spectral_probe.model import LightLayers, SpectralPanorama
+from spectral_probe.model import SpectralPanorama
+from spectral_probe.render_model import LightLayers
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 
 
