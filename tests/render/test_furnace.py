@@ -29,6 +29,7 @@ def test_white_furnace(scene, bridge, extension, uniform_light, ball, tmp_path, 
         perfect_mirror(tmp_path, material, "MULTI_GGX" if rough else "GGX", 0.5 if rough else 0.0)
     finish = extension("spectral_probe.model").finish
     read_rgb = extension("spectral_probe.files.image_exr").read_rgb
+    read_pass = extension("spectral_probe.render.pass_folder").read_pass
     job = bridge.spectral_render(
         scene,
         uniform_light(np.full(61, 0.02)),
@@ -42,7 +43,7 @@ def test_white_furnace(scene, bridge, extension, uniform_light, ball, tmp_path, 
 
     assert len(result.passes) == (21 if passes == "all" else 3)
     for path in result.passes:
-        image = read_rgb(path)
+        image = read_pass(path).groups["world"]
         light = image[0, 0]  # a corner looks past the ball
         inside = image[16:48, 16:48].reshape(-1, 3)
         assert light.min() > 0
