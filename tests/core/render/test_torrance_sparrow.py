@@ -91,13 +91,12 @@ def test_the_lobe_of_one_lamp_is_eq_12_itself(denominator):
 
 def test_only_the_corrected_denominator_is_reciprocal():
     """Light and eye exchanged: radiance per irradiance on the surface stays, as printed it does not."""
-    there, back = bearing_to_direction(0.0, 25.0), bearing_to_direction(140.0, 70.0)
+    lamps = [one_texel(0.0, 25.0), one_texel(140.0, 70.0)]
     ratios = {}
     for denominator in ("reflection", "incidence"):
         surface = TorranceSparrowSurface(0.0, 1.0, 0.0, 0.4, denominator=denominator)
         values = []
-        for azimuth, elevation, view in ((0.0, 25.0, back), (140.0, 70.0, there)):
-            light, towards, irradiance = one_texel(azimuth, elevation)
+        for (light, towards, irradiance), (_, view, _) in (lamps, lamps[::-1]):
             values.append(reflected_radiance(light, surface, UP, view)[30] / (irradiance[30] * towards[2]))
         ratios[denominator] = values[0] / values[1]
     assert ratios["reflection"] == pytest.approx(1.0, abs=0.01)
