@@ -234,6 +234,11 @@ def _spectral_passes(
     with ExitStack() as stack:
         materials = stack.enter_context(spectral_materials(scene, one_wavelength=kind == "light-basis"))
         task.warnings.extend(materials.warnings)
+        materials.shine(False)
+        task.warnings.extend(
+            f"{label} emits light. Emission is not spectral yet and was left out."
+            for label in materials.emitters
+        )
         yield Progress(0.0, "Planning the passes")
         light = (LayerLight if kind == "light-basis" else WavelengthLight)(task.probe, task.warnings)
         if plan is None:
