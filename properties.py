@@ -20,7 +20,7 @@ from . import region_properties
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
 from .library_pickers import ball_materials, camera_names
-from .material_properties import SPECTRAL_PROBE_PG_material
+from .material_properties import SPECTRAL_PROBE_PG_light, SPECTRAL_PROBE_PG_material
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
     SPECTRAL_PROBE_PG_probe,
@@ -325,6 +325,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         *region_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
+        SPECTRAL_PROBE_PG_light,
         SPECTRAL_PROBE_PG_progress,
     )
 )
@@ -337,6 +338,7 @@ def register() -> None:
     bpy.types.Material.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_material, name="Spectral Probe"
     )
+    bpy.types.Light.spectral_probe = PointerProperty(type=SPECTRAL_PROBE_PG_light, name="Spectral Probe")
     bpy.types.WindowManager.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
     )
@@ -345,6 +347,7 @@ def register() -> None:
 def unregister() -> None:
     """Detach them."""
     del bpy.types.WindowManager.spectral_probe
+    del bpy.types.Light.spectral_probe
     del bpy.types.Material.spectral_probe
     del bpy.types.Scene.spectral_probe
     _unregister_classes()

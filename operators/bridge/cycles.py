@@ -1,8 +1,7 @@
 """The spectral render: the Cycles renders that a plan's steps ask for, with the scene as it was afterwards.
 
 Every finished step is a file (`render.pass_folder`): a render that was stopped or killed goes on where it was, as long as
-the scene, the light and the settings are those it began with (`fingerprint`). Lamps and emitting materials are
-not spectral yet: they are left out of both renders and named in `warnings`.
+the scene, the light and the settings are those it began with (`fingerprint`).
 """
 
 import time
@@ -132,7 +131,7 @@ def spectral_render(
         (directory / name).unlink(missing_ok=True)
     with ExitStack() as stack:
         settings = stack.enter_context(pass_settings(scene))
-        warnings = [*settings.warnings, *stack.enter_context(_without_lamps(scene))]
+        warnings = list(settings.warnings)
         render_to = stack.enter_context(pass_output(scene, settings.layers))
         pace = Pace(1)
         task = _Task(scene, probe, directory, samples, settings, render_to, folder, pace, warnings)
@@ -228,26 +227,6 @@ def _open(
                 "changed. Render anew (--restart), or use them as they are (--resume)."
             )
     return new_pass_folder(directory / "passes", fingerprint, layers) if make else PassFolder(directory, {})
-
-
-# ---------------------------------------------------------------- the scene while it renders
-
-
-@contextmanager
-def _without_lamps(scene: bpy.types.Scene) -> Iterator[list[str]]:
-    """The scene with dark lamps; yields warnings that name them."""
-    warnings: list[str] = []
-    with ExitStack() as stack:
-        lamps = in_scene(scene, bpy.data.lights)
-        for lamp in lamps:
-            dark = bpy.data.lights.new("Spectral Probe Dark", "POINT")
-            dark.energy = 0.0
-            stack.enter_context(stand_in(lamp, dark))
-            warnings.append(
-                f'Lamp "{lamp.name}" is not spectral yet and was left out, of the RGB render too.'
-            )
-        refuse_linked(scene, lamps, "Lamp")
-        yield warnings
 
 
 # ---------------------------------------------------------------- passes
