@@ -5,9 +5,9 @@ the scene, the light and the settings are those it began with (`fingerprint`).
 """
 
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,7 +17,7 @@ import numpy as np
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.files.image_exr import write_channels
 from ...spectral_probe.model import Job, SpectralPanorama
-from ...spectral_probe.render.combine import combine_xyz
+from ...spectral_probe.render.assemble import assemble
 from ...spectral_probe.render.pace import Pace, step_message
 from ...spectral_probe.render.pass_folder import (
     PassFolder,
@@ -31,18 +31,18 @@ from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
 from ...spectral_probe.render_model import WORLD, PassImage, PassPlan, RenderStep
 from ...spectral_probe.spectra.colorimetry import xyz_to_rec709
 from .fingerprint import light_fingerprint, scene_fingerprint
-from .light import LayerLight, WavelengthLight, panorama_rec709
+from .light import LayerLight, WavelengthLight, light_level, panorama_rec709
 from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
 from .missing_files import check_textures
 from .pass_output import RenderTo, pass_output
 from .pass_settings import PassSettings, enabled_layers, pass_settings
+from .planning import DEFAULT_MAX_DE2000, Passes, Planner, PlanRequest
 from .render_report import REPORT_NAME, SpectralRender, device_name, write_report
-from .restore import in_scene, refuse_linked, stand_in
 from .world import temporary_light
 
 type Array = np.ndarray[Any, Any]
-type Passes = int | Literal["all"] | None
 type OnChange = Literal["refuse", "restart", "resume"]
+type Light = LayerLight | WavelengthLight
 
 XYZ_NOTE = (
     "CIE 1931 2 degree tristimulus values: spectral radiance times colour-matching functions, summed over nm"
@@ -57,7 +57,10 @@ class SceneChangedError(RenderError):
 
 @dataclass(frozen=True)
 class _Task:
-    """What all parts of a render need; `warnings` and the pace grow."""
+    """What all parts of a render need; the lists and the pace grow.
+
+    `kept` are the steps of an earlier run, `emitters` what shines besides the world.
+    """
 
     scene: bpy.types.Scene
     probe: SpectralPanorama
@@ -68,6 +71,8 @@ class _Task:
     folder: PassFolder
     pace: Pace
     warnings: list[str]
+    kept: list[str] = field(default_factory=list)
+    emitters: list[str] = field(default_factory=list)
 
 
 def spectral_render(
@@ -78,8 +83,12 @@ def spectral_render(
     *,
     samples: int,
     passes: Passes = None,
+    max_de2000: float = DEFAULT_MAX_DE2000,
+    full_samples: bool = False,
+    swappable: Mapping[str, Array] | None = None,
     rgb_twin: bool = True,
     on_change: OnChange = "refuse",
+    planner: Planner | None = None,
 ) -> Job[SpectralRender]:
     """Render a scene in the spectral light of a panorama.
 
@@ -99,12 +108,20 @@ def spectral_render(
         Samples per pixel of a full pass.
     passes
         Where `plan` is None: the number of light-basis passes, "all" for the 61-wavelength reference, or None (or 0) for
-        as few as predict a small colour error.
+        as few as keep the error bound.
+    max_de2000
+        The bound on the largest colour error that the plan may predict.
+    full_samples
+        Give all passes the same samples: none is estimated as a ratio of another.
+    swappable
+        Masks (H, W) of the panorama's regions whose light is to be exchanged after rendering, by name.
     rgb_twin
         Also render the scene in plain RGB, lit by the same panorama in Rec.709.
     on_change
         What to do with passes of an unfinished render of something else: "refuse" raises, "restart" renders anew,
         "resume" takes them as they are, with their plan and samples.
+    planner
+        Makes the plan; frames of an animation share one. None makes one of the words above.
 
     Yields
     ------
@@ -122,8 +139,9 @@ def spectral_render(
     """
     check_scene(scene, samples)
     directory = Path(directory)
-    request = repr(passes or None) if plan is None else "given"
-    fingerprint = _fingerprint(scene, probe, samples, request)
+    request = PlanRequest(passes, max_de2000, full_samples, swappable or {})
+    planner = planner or Planner(probe, request, samples)
+    fingerprint = render_fingerprint(scene, planner, plan)
     folder = _open(directory, fingerprint, scene, on_change)
     if folder.finished:
         plan, samples = load_plan(directory / "plan.json"), int(folder.fingerprint["samples"])
@@ -131,43 +149,37 @@ def spectral_render(
         (directory / name).unlink(missing_ok=True)
     with ExitStack() as stack:
         settings = stack.enter_context(pass_settings(scene))
-        warnings = list(settings.warnings)
         render_to = stack.enter_context(pass_output(scene, settings.layers))
-        pace = Pace(1)
-        task = _Task(scene, probe, directory, samples, settings, render_to, folder, pace, warnings)
-        spectral = yield from _spectral_passes(task, plan, passes, rgb_twin)
-        seconds_rgb = None
-        if rgb_twin:
-            seconds_rgb = yield from _rgb_twin(task)
-    result = replace(
-        spectral,
-        rgb=directory / "rgb.exr" if rgb_twin else None,
-        seconds_rgb=seconds_rgb,
-        warnings=tuple(dict.fromkeys(warnings)),
-    )
-    write_report(result, scene, read_pass(result.passes[0]).groups[WORLD].shape[1::-1])
+        task = _Task(
+            scene, probe, directory, samples, settings, render_to, folder, Pace(1), list(settings.warnings)
+        )
+        yield task.pace.progress("Planning the passes")
+        plan, light = yield from _spectral_passes(task, plan, planner, rgb_twin)
+        seconds_rgb = (yield from _rgb_twin(task)) if rgb_twin else None
+        yield task.pace.progress("Putting the passes together")
+        result = _assembled(task, plan, light)
+    result = replace(result, rgb=directory / "rgb.exr" if rgb_twin else None, seconds_rgb=seconds_rgb)
+    height, width = read_pass(result.passes[0]).groups[WORLD].shape[:2]
+    write_report(result, scene, (width, height))
     return result
 
 
-def unfinished(
-    scene: bpy.types.Scene, probe: SpectralPanorama, directory: Path, *, samples: int, passes: Passes
-) -> str:
-    """Why passes of an unfinished render in a folder cannot simply be gone on with; empty where they can, or are none."""
-    try:
-        _open(
-            directory, _fingerprint(scene, probe, samples, repr(passes or None)), scene, "refuse", make=False
-        )
-    except SceneChangedError as error:
-        return str(error)
-    return ""
-
-
-def scene_plan(scene: bpy.types.Scene, probe: SpectralPanorama, passes: Passes = None) -> PassPlan:
-    """The plan that `spectral_render` makes for a scene and its light; see there for `passes`."""
+def scene_plan(
+    scene: bpy.types.Scene,
+    probe: SpectralPanorama,
+    passes: Passes = None,
+    *,
+    samples: int = 128,
+    max_de2000: float = DEFAULT_MAX_DE2000,
+    full_samples: bool = False,
+    swappable: Mapping[str, Array] | None = None,
+) -> PassPlan:
+    """The plan that `spectral_render` makes for a scene and its light; see there for the words."""
     if passes == "all":
         return reference_plan()
-    with spectral_materials(scene, one_wavelength=True) as materials:
-        return LayerLight(probe, []).plan(_stacked(materials.spectra), passes)
+    planner = Planner(probe, PlanRequest(passes, max_de2000, full_samples, swappable or {}), samples)
+    with spectral_materials(scene, one_wavelength=True, level=light_level(probe)) as materials:
+        return planner.plan(materials)
 
 
 def check_scene(scene: bpy.types.Scene, samples: int) -> None:
@@ -193,16 +205,26 @@ def check_scene(scene: bpy.types.Scene, samples: int) -> None:
 # ---------------------------------------------------------------- what an earlier render left
 
 
-def _fingerprint(
-    scene: bpy.types.Scene, probe: SpectralPanorama, samples: int, request: str
+def render_fingerprint(
+    scene: bpy.types.Scene, planner: Planner, plan: PassPlan | None = None
 ) -> dict[str, str]:
+    """What a render's steps are made from, a digest for each part."""
     return {
         "scene": scene_fingerprint(scene),
-        "light": light_fingerprint(probe),
-        "samples": str(samples),
-        "passes": request,
-        "blender": bpy.app.version_string,
+        "light": light_fingerprint(planner.probe),
+        "samples": str(planner.samples),
+        "plan": planner.request.digest() if plan is None else repr(plan.wavelengths_nm.tolist()),
+        "Blender": bpy.app.version_string,
     }
+
+
+def unfinished(scene: bpy.types.Scene, planner: Planner, directory: Path) -> str:
+    """Why passes of an unfinished render in a folder cannot simply be gone on with; empty where they can, or are none."""
+    try:
+        _open(directory, render_fingerprint(scene, planner), scene, "refuse", make=False)
+    except SceneChangedError as error:
+        return str(error)
+    return ""
 
 
 def _open(
@@ -233,84 +255,78 @@ def _open(
 
 
 def _spectral_passes(
-    task: _Task, plan: PassPlan | None, passes: Passes, rgb_twin: bool
-) -> Job[SpectralRender]:
-    """Render all steps and put them together."""
-    scene, directory, kept = task.scene, task.directory, bool(task.folder.finished)
-    kind = plan.kind if plan else "wavelength" if passes == "all" else "light-basis"
-    with ExitStack() as stack:
-        materials = stack.enter_context(spectral_materials(scene, one_wavelength=kind == "light-basis"))
-        task.warnings.extend(materials.warnings)
-        yield task.pace.progress("Planning the passes")
-        light = (LayerLight if kind == "light-basis" else WavelengthLight)(task.probe, task.warnings)
-        if plan is None:
-            plan = light.plan(_stacked(materials.spectra), passes)
-        if not kept:
-            plan = light.checked(plan)
-            save_plan(plan, directory / "plan.json")
-        steps = render_steps(plan, task.samples)
-        task.pace.total = sum(step.samples for step in steps) + rgb_twin * task.samples
-        steps_kept = yield from _render_steps(task, plan, steps, light, materials)
-    start = time.perf_counter()
-    _write_images(task, plan, steps)
-    return SpectralRender(
-        xyz=directory / "xyz.exr",
-        image=directory / "image.exr",
-        rgb=None,
-        layers=task.folder.view_layers,
-        passes=tuple(task.folder.path(step.name) for step in steps),
-        plan=plan,
-        samples=task.samples,
-        seconds_spectral=sum(task.folder.finished[step.name].seconds for step in steps),
-        seconds_rgb=None,
-        seconds_assembly=time.perf_counter() - start,
-        steps_kept=steps_kept,
-        device=device_name(scene),
-        warnings=(),
-        light_residual=light.residual,
-    )
+    task: _Task, plan: PassPlan | None, planner: Planner, rgb_twin: bool
+) -> Job[tuple[PassPlan, Light]]:
+    """Plan, and render all steps that are not finished."""
+    kept, level = bool(task.folder.finished), light_level(task.probe)
+    wavelength = plan.kind == "wavelength" if plan else planner.request.passes == "all"
+    light: Light
+    if not wavelength:
+        with spectral_materials(task.scene, one_wavelength=True, level=level) as materials:
+            plan = plan or planner.plan(materials)
+            if plan.kind == "light-basis":
+                light = LayerLight(planner.sets(materials))
+                plan = light.checked(plan)
+                yield from _render_steps(task, plan, light, materials, rgb_twin, kept)
+                return plan, light
+    with spectral_materials(task.scene, one_wavelength=False, level=level) as materials:
+        light = WavelengthLight(task.probe, task.warnings)
+        plan = plan or reference_plan()
+        plan = plan if kept else light.checked(plan)
+        yield from _render_steps(task, plan, light, materials, rgb_twin, kept)
+        return plan, light
 
 
 def _render_steps(
-    task: _Task,
-    plan: PassPlan,
-    steps: tuple[RenderStep, ...],
-    light: LayerLight | WavelengthLight,
-    materials: SpectralMaterials,
-) -> Job[int]:
-    """Render the steps that are not finished yet; returns how many were."""
+    task: _Task, plan: PassPlan, light: Light, materials: SpectralMaterials, rgb_twin: bool, kept: bool
+) -> Job[None]:
+    """Render the steps that are not finished yet."""
+    if not kept:
+        save_plan(plan, task.directory / "plan.json")
+    task.warnings.extend([*materials.warnings, *_beyond(plan)])
+    task.emitters.extend(materials.emitters)
+    steps = render_steps(plan, task.samples)
     missing = [step for step in steps if not task.folder.holds(step.name)]
+    task.pace.total = sum(step.samples for step in steps) + rgb_twin * task.samples
     task.pace.skip(sum(step.samples for step in steps if step not in missing))
+    task.kept.extend(step.name for step in steps if step not in missing)
     if not missing:
-        return len(steps)
+        return
     lit: object = None
-    with temporary_light(task.scene, *task.probe.weights.shape[:2]) as set_light:
+    groups = [WORLD, *(group.name for group in plan.emission)]
+    with temporary_light(
+        task.scene, *task.probe.weights.shape[:2], group=WORLD if plan.emission else ""
+    ) as set_light:
         for number, step in enumerate(steps):
             if step not in missing:
                 continue
             yield task.pace.progress(step_message(plan, steps, number, task.samples))
             start = time.perf_counter()
-            wavelengths = plan.wavelengths_nm[step.pass_number]
-            wanted = step.pass_number if plan.kind == "wavelength" else plan.light_sets[step.pass_number]
-            if wanted != lit:
-                set_light(light.pixels(wavelengths))
+            first_set = plan.light_sets[step.pass_number] == 0
+            if (wanted := light.key(plan, step.pass_number)) != lit:
+                set_light(light.pixels(plan, step.pass_number))
+                materials.shine(first_set)
                 lit = wanted
-            materials.set_wavelengths(wavelengths)
+            materials.set_wavelengths(plan.wavelengths_nm[step.pass_number])
             task.settings.set_samples(
                 sequence_samples(plan, task.samples, step), step.first_sample, step.samples
             )
-            task.render_to(task.folder.path(step.name), [WORLD], step.guide)
+            task.render_to(task.folder.path(step.name), groups if first_set else [WORLD], step.guide)
             seconds = time.perf_counter() - start
             task.folder.record(step.name, seconds, step.samples)
             task.pace.add(step.samples, seconds)
-    return len(steps) - len(missing)
+
+
+def _beyond(plan: PassPlan) -> list[str]:
+    """The plan's own sentences that warn."""
+    return [note for note in plan.notes if "not reached" in note]
 
 
 def _rgb_twin(task: _Task) -> Job[float]:
     """Render the RGB twin with the same samples, write rgb.exr in the unit of image.exr, and return the seconds."""
     to_rec709 = working_to_rec709()
     world = panorama_rec709(task.probe)
-    level = float(world.mean())
+    level = 1.0 if task.emitters else float(world.mean())  # lamps shine as the user set them
     folder = task.folder
     path = folder.path(TWIN_STEP)  # in the working space and at the level of the passes
     if not folder.holds(TWIN_STEP):
@@ -334,23 +350,39 @@ def _rgb_twin(task: _Task) -> Job[float]:
 # ---------------------------------------------------------------- results
 
 
-def _write_images(task: _Task, plan: PassPlan, steps: tuple[RenderStep, ...]) -> None:
+def _assembled(task: _Task, plan: PassPlan, light: Light) -> SpectralRender:
     """Put the steps of every view layer together."""
-    folder = task.folder
+    start = time.perf_counter()
+    folder, directory, steps = task.folder, task.directory, render_steps(plan, task.samples)
     for number, suffix in enumerate(_layer_suffixes(folder.view_layers)):
-        images = (read_pass(folder.path(step.name), number) for step in steps)
-        first = read_pass(folder.path(steps[0].name), number)
-        xyz = combine_xyz(plan, (image.groups[WORLD] for image in images))
-        write_channels(
-            task.directory / f"xyz{suffix}.exr",
-            dict(zip("XYZ", np.moveaxis(xyz, -1, 0), strict=True)),
-            {"comments": XYZ_NOTE},
-        )
-        write_channels(
-            task.directory / f"image{suffix}.exr",
-            _rgb_channels(xyz_to_rec709(xyz)) | _alpha(first),
-            {"comments": RGB_NOTE},
-        )
+
+        def read(step: RenderStep, number: int = number) -> PassImage:
+            return read_pass(folder.path(step.name), number)
+
+        render = assemble(plan, steps, read)
+        alpha = {} if render.alpha is None else {"A": render.alpha}
+        xyz = dict(zip("XYZ", np.moveaxis(render.xyz, -1, 0), strict=True))
+        write_channels(directory / f"xyz{suffix}.exr", xyz, {"comments": XYZ_NOTE})
+        rgb = _rgb_channels(xyz_to_rec709(render.xyz))
+        write_channels(directory / f"image{suffix}.exr", rgb | alpha, {"comments": RGB_NOTE})
+        if render.swappable:
+            write_channels(directory / f"swappable{suffix}.exr", render.swappable)
+    return SpectralRender(
+        xyz=directory / "xyz.exr",
+        image=directory / "image.exr",
+        rgb=None,
+        layers=folder.view_layers,
+        passes=tuple(folder.path(step.name) for step in steps),
+        plan=plan,
+        samples=task.samples,
+        seconds_spectral=sum(folder.finished[step.name].seconds for step in steps),
+        seconds_rgb=None,
+        seconds_assembly=time.perf_counter() - start,
+        steps_kept=len(task.kept),
+        device=device_name(task.scene),
+        warnings=tuple(dict.fromkeys(task.warnings)),
+        light_residual=light.residual,
+    )
 
 
 def _layer_suffixes(names: tuple[str, ...]) -> list[str]:
@@ -358,10 +390,6 @@ def _layer_suffixes(names: tuple[str, ...]) -> list[str]:
     cleaned = [bpy.path.clean_name(name) for name in names]
     return ["", *(f"_{name}" if cleaned.count(name) == 1 else f"_{name}_{number}"
                   for number, name in enumerate(cleaned[1:], start=2))]  # fmt: skip
-
-
-def _stacked(spectra: list[Array]) -> Array:
-    return np.concatenate(spectra) if spectra else np.ones((1, 61))
 
 
 def _rgb_channels(rgb: Array) -> dict[str, Array]:

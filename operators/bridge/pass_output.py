@@ -15,7 +15,7 @@ import bpy
 from ...spectral_probe.errors import FileFormatError, RenderError
 from ...spectral_probe.files.atomic import written_whole
 from ...spectral_probe.files.image_exr import read_channels
-from ...spectral_probe.render.pass_folder import GUIDE_ALBEDO, GUIDE_INDEX, GUIDE_NORMAL
+from ...spectral_probe.render.pass_folder import ALPHA, GUIDE_ALBEDO, GUIDE_INDEX, GUIDE_NORMAL
 from ...spectral_probe.render_model import WORLD
 from .restore import changed, remove
 
@@ -61,7 +61,7 @@ def pass_output(scene: bpy.types.Scene, layers: Sequence[bpy.types.ViewLayer]) -
                 for layer in layers if guide else ():
                     passes.enter_context(changed(layer, use_pass_object_index=True))
                     passes.enter_context(changed(layer.cycles, denoising_store_passes=True))
-                output = _connect(tree, sources, groups, guide)
+                output = _connect(tree, sources, groups, guide, scene.render.film_transparent)
                 # Braces are templates in Blender's output paths; doubled they stand for themselves.
                 output.directory = str(temporary.parent).replace("{", "{{").replace("}", "}}")
                 output.file_name = "render"
@@ -84,7 +84,11 @@ def _source(tree: bpy.types.NodeTree, scene: bpy.types.Scene, layer: bpy.types.V
 
 
 def _connect(
-    tree: bpy.types.NodeTree, sources: Sequence[bpy.types.Node], groups: Sequence[str], guide: bool
+    tree: bpy.types.NodeTree,
+    sources: Sequence[bpy.types.Node],
+    groups: Sequence[str],
+    guide: bool,
+    transparent: bool,
 ) -> bpy.types.Node:
     """Let the tree write these groups and features; returns its new File Output node."""
     for node in [node for node in tree.nodes if node not in sources]:
@@ -97,6 +101,8 @@ def _connect(
     output.format.use_exr_interleave = True
     for number, source in enumerate(sources):
         wanted = {_group_output(name, groups): ("RGBA", name) for name in groups} | (_GUIDES if guide else {})
+        if transparent:
+            wanted["Alpha"] = ("FLOAT", ALPHA)
         for socket_name, (kind, name) in wanted.items():
             socket = source.outputs.get(socket_name)
             if socket is None:

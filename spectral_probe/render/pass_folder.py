@@ -5,8 +5,9 @@ scene, the light and the settings) and what each file's content is (size and BLA
 entry second, both written whole: what is in the index is finished, and a file that no longer fits its entry is damaged
 and rendered again.
 
-Channels of a step's file, for the n-th view layer: ``n.GROUP.R``, ``.G``, ``.B``, ``.A`` for every light group, and for the
-first step the features ``n.guide albedo.R`` ..., ``n.guide normal.X`` ..., ``n.guide index.V``.
+Channels of a step's file, for the n-th view layer: ``n.GROUP.R``, ``.G``, ``.B`` for every light group, ``n.alpha.V`` with a
+transparent film, and where they were asked for the features ``n.guide albedo.R`` ..., ``n.guide normal.X`` ...,
+``n.guide index.V``.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ FEWEST_SAMPLES = 4
 
 INDEX_NAME = "index.json"
 
+ALPHA = "alpha"
 GUIDE_ALBEDO, GUIDE_NORMAL, GUIDE_INDEX = "guide albedo", "guide normal", "guide index"
 _GUIDE_CHANNELS = (
     *(f"{GUIDE_ALBEDO}.{c}" for c in "RGB"),
@@ -80,7 +82,8 @@ def render_steps(plan: PassPlan, samples: int) -> tuple[RenderStep, ...]:
     -------
     tuple of RenderStep
         Set by set. The reference of a set comes first: its head, as many samples as the passes compared with it have, and
-        its tail, the rest; then those passes. The first step of all asks for the feature passes.
+        its tail, the rest; then those passes. Feature passes are asked for in all that are compared with one another, and in
+        the first step.
 
     Examples
     --------
@@ -88,7 +91,7 @@ def render_steps(plan: PassPlan, samples: int) -> tuple[RenderStep, ...]:
     >>> from spectral_probe.render.plan import reference_plan
     >>> plan = replace(reference_plan(), sample_shares=np.array([1.0] + 20 * [1 / 16]), references=(0,) * 21)
     >>> [(s.name, s.first_sample, s.samples, s.guide) for s in render_steps(plan, 64)[:3]]
-    [('pass_00_head', 0, 4, True), ('pass_00_tail', 4, 60, False), ('pass_01', 0, 4, False)]
+    [('pass_00_head', 0, 4, True), ('pass_00_tail', 4, 60, False), ('pass_01', 0, 4, True)]
     """
     counts = pass_samples(plan, samples)
     steps: list[RenderStep] = []
@@ -109,13 +112,13 @@ def _steps_of(plan: PassPlan, reference: int, counts: Sequence[int]) -> list[Ren
     name, full = f"pass_{reference:02d}", counts[reference]
     head = counts[followers[0]] if followers else full
     if head == full:
-        own = [RenderStep(name, reference, 0, full)]
+        own = [RenderStep(name, reference, 0, full, guide=bool(followers))]
     else:
         own = [
-            RenderStep(f"{name}_head", reference, 0, head),
+            RenderStep(f"{name}_head", reference, 0, head, guide=True),
             RenderStep(f"{name}_tail", reference, head, full - head),
         ]
-    return own + [RenderStep(f"pass_{p:02d}", p, 0, counts[p]) for p in followers]
+    return own + [RenderStep(f"pass_{p:02d}", p, 0, counts[p], guide=True) for p in followers]
 
 
 def sequence_samples(plan: PassPlan, samples: int, step: RenderStep) -> int:
@@ -143,11 +146,10 @@ def read_pass(path: Path, view_layer: int = 0) -> PassImage:
     groups = {name: _stacked(own, name, "RGB") for name in names if name != GUIDE_ALBEDO}
     if not groups:
         raise RenderError(f"{path.name} holds no pass of view layer {view_layer + 1}. Render it again.")
-    alphas = [own[f"{name}.A"] for name in groups if f"{name}.A" in own]
     guide = None
     if all(name in own for name in _GUIDE_CHANNELS):
         guide = np.stack([own[name] for name in _GUIDE_CHANNELS], -1)
-    return PassImage(groups=groups, alpha=alphas[0] if alphas else None, guide=guide)
+    return PassImage(groups=groups, alpha=own.get(f"{ALPHA}.V"), guide=guide)
 
 
 def _stacked(channels: Mapping[str, FloatArray], name: str, letters: str) -> FloatArray:

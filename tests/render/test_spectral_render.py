@@ -188,15 +188,18 @@ def test_the_world_of_the_user_turns_the_light(scene, render, xyz_of, extension,
     assert np.median(np.abs(turned - 2.0 * plain) / plain.max()) > 0.01
 
 
-def test_lamps_and_emission_are_left_out_of_both(scene, render, xyz_of, uniform_light, ball):
-    expected = xyz_of(render(uniform_light(RAMP), folder="dark"))
+def test_lamps_and_emission_light_both_alike(scene, render, extension, uniform_light, ball):
     light = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    light.rotation_euler, light.data.energy, light.data.color = (1.2, 0.0, 0.3), 3.0, (0.9, 0.6, 0.4)
     scene.collection.objects.link(light)
-    material = ball("ShaderNodeEmission", (0.0, 0.0, 100.0))
-    result = render(uniform_light(RAMP), rgb_twin=True)
-    np.testing.assert_allclose(xyz_of(result), expected, rtol=1e-4)
-    assert any("Sun" in warning for warning in result.warnings)
-    assert any(material.name in warning for warning in result.warnings)
+    ball()
+    glowing = ball("ShaderNodeEmission", (1.1, 0.0, 1.1))
+    glowing.node_tree.nodes["Shader"].inputs["Color"].default_value = (0.2, 0.5, 0.9, 1.0)
+    result = render(uniform_light(RAMP * 1e-3), rgb_twin=True, passes=4, samples=16)
+    read_rgb = extension("spectral_probe.files.image_exr").read_rgb
+    spectral, rgb = read_rgb(result.image), read_rgb(result.rgb)
+    np.testing.assert_allclose(centre(spectral), centre(rgb), rtol=0.05)
+    np.testing.assert_allclose(spectral.mean((0, 1)), rgb.mean((0, 1)), rtol=0.03)
     written = json.loads((result.xyz.parent / "report.json").read_text())
     assert written["warnings"] == list(result.warnings)
     assert written["seconds"]["spectral"] > 0

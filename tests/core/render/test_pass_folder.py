@@ -48,7 +48,7 @@ def test_order_and_names(two_sets):
     assert [step.name for step in steps] == [
         "pass_00_head", "pass_00_tail", "pass_01", "pass_02", "pass_03_head", "pass_03_tail", "pass_04",
     ]  # fmt: skip
-    assert [step.guide for step in steps] == [True] + 6 * [False]
+    assert [step.guide for step in steps] == [True, False, True, True, True, False, True]
     assert [sequence_samples(two_sets, 96, step) for step in steps] == [64, 64, 64, 64, 32, 32, 32]
 
 
@@ -136,14 +136,15 @@ def test_groups_alpha_and_guide_of_a_layer(tmp_path):
     channels |= {f"1.guide albedo.{c}": pixels for c in "RGBA"} | {
         f"1.guide normal.{c}": pixels for c in "XYZ"
     }
-    channels["1.guide index.V"] = pixels + 7
+    channels["1.guide index.V"], channels["1.alpha.V"] = pixels + 7, pixels + 3
     write_channels(tmp_path / "pass.exr", channels)
     first, second = (read_pass(tmp_path / "pass.exr", layer) for layer in (0, 1))
     assert list(first.groups) == [WORLD]
     assert first.guide is None
     np.testing.assert_array_equal(first.groups[WORLD][..., 2], pixels + 2)
     assert sorted(second.groups) == ["lamps 1", WORLD]
-    np.testing.assert_array_equal(second.alpha, pixels + 103)
+    assert first.alpha is None
+    np.testing.assert_array_equal(second.alpha, pixels + 3)
     assert second.guide.shape == (4, 4, 7)
     np.testing.assert_array_equal(second.guide[..., 6], pixels + 7)
     with pytest.raises(RenderError, match="no pass of view layer 3"):
