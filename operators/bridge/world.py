@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ...spectral_probe.errors import FileFormatError
+from ...spectral_probe.render_model import WORLD
 from .restore import changed, remove
 
 ROTATION_NODE = "Spectral Probe Rotation"
@@ -147,6 +148,7 @@ def temporary_light(scene: bpy.types.Scene, height: int, width: int) -> Iterator
         stack.callback(remove, world)
         world.animation_data_clear()
         world.node_tree.animation_data_clear()
+        world.lightgroup = WORLD
         _build(world, image, rotation, strength)
         if world.cycles.sampling_method == "AUTOMATIC":
             # By itself Cycles makes an importance map of half a million directions, in over a second, at every new light.
