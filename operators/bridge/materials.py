@@ -137,7 +137,7 @@ def _uplift(
     if node.type == "BSDF_METALLIC" and node.fresnel_type == "PHYSICAL_CONDUCTOR":
         _conductor(translation, label, tree, node)
         return
-    for socket in node.inputs:
+    for socket in node.inputs if node.type != "EMISSION" else ():
         unused = link_of(socket) is None and not socket.enabled
         if socket in done or unused or socket.name.startswith(UNTRANSLATED):
             continue

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ...spectral_probe.errors import FileFormatError
+from ...spectral_probe.render_model import WORLD
 from .restore import changed, remove
 
 ROTATION_NODE = "Spectral Probe Rotation"
@@ -149,6 +150,7 @@ def temporary_light(
         stack.callback(remove, world)
         world.animation_data_clear()
         world.node_tree.animation_data_clear()
+        world.lightgroup = WORLD
         _build(world, image, rotation, strength)
         world.lightgroup = group
         if world.cycles.sampling_method == "AUTOMATIC":
