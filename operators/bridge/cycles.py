@@ -294,9 +294,7 @@ def _render_steps(
         return
     lit: object = None
     groups = [WORLD, *(group.name for group in plan.emission)]
-    with temporary_light(
-        task.scene, *task.probe.weights.shape[:2], group=WORLD if plan.emission else ""
-    ) as set_light:
+    with temporary_light(task.scene, *task.probe.weights.shape[:2]) as set_light:
         for number, step in enumerate(steps):
             if step not in missing:
                 continue

@@ -130,13 +130,11 @@ def placement(world: bpy.types.World | None) -> tuple[tuple[float, float, float]
 
 
 @contextmanager
-def temporary_light(
-    scene: bpy.types.Scene, height: int, width: int, group: str = ""
-) -> Iterator[Callable[[Array], None]]:
+def temporary_light(scene: bpy.types.Scene, height: int, width: int) -> Iterator[Callable[[Array], None]]:
     """Light the scene with an image while the block runs; yields the function that sets its pixels (H, W, 3).
 
     The pixels reach Cycles as they are, in whatever working space. Rotation, strength and ray visibility are those of the
-    scene's own world; `group` is its light group.
+    scene's own world; it is in the light group `WORLD`.
     """
     own = scene.world
     rotation, strength = placement(own)
@@ -152,7 +150,6 @@ def temporary_light(
         world.node_tree.animation_data_clear()
         world.lightgroup = WORLD
         _build(world, image, rotation, strength)
-        world.lightgroup = group
         if world.cycles.sampling_method == "AUTOMATIC":
             # By itself Cycles makes an importance map of half a million directions, in over a second, at every new light.
             world.cycles.sampling_method = "MANUAL"

@@ -98,7 +98,9 @@ def test_a_measured_lamp_has_its_spectrum_at_the_luminance_of_its_colour(
     sun = lamp(color=(0.2, 0.6, 1.0), energy=2.0)
     sun.spectral_probe.light, sun.spectral_probe.lamp = "LAMP", "FL11"
     images, warnings = radiance(NM, kind, samples=16)
-    luminance = 2.0 / np.pi * np.array([0.2, 0.6, 1.0]) @ spectra["colorimetry"].rec709_to_xyz(np.eye(3))[:, 1]
+    luminance = (
+        2.0 / np.pi * np.array([0.2, 0.6, 1.0]) @ spectra["colorimetry"].rec709_to_xyz(np.eye(3))[:, 1]
+    )
     expected = luminance * spectra["emission"].of_unit_luminance(spectra["library"].lamp_spectrum("FL11"))
     np.testing.assert_allclose(centre(images), at_nm(expected), rtol=0.01)
     assert not warnings
