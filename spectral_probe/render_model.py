@@ -107,6 +107,8 @@ class PassPlan:
         Samples of all passes over those of one RGB render of as many.
     swappable
         Layers of the world's light that can be exchanged after rendering.
+    notes
+        Sentences on how the plan was chosen, for people.
     """
 
     kind: Literal["light-basis", "wavelength"]
@@ -121,6 +123,7 @@ class PassPlan:
     predicted_de2000: tuple[float, float] | None = None
     predicted_cost: float | None = None
     swappable: tuple[SwappableLayer, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def passes(self) -> int:

@@ -7,9 +7,9 @@ import numpy as np
 
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import SpectralPanorama
-from ...spectral_probe.render.layers import colour_error, light_layers, light_mixtures
-from ...spectral_probe.render.plan import light_basis_plan, reference_plan
-from ...spectral_probe.render_model import PassPlan
+from ...spectral_probe.render.layers import colour_error, light_layers
+from ...spectral_probe.render.plan import make_plan, reference_plan
+from ...spectral_probe.render_model import LightSet, PassPlan
 from ...spectral_probe.spectra.colorimetry import spectra_to_xyz, xyz_to_rec709
 from ...spectral_probe.spectra.grid import resample
 
@@ -23,7 +23,7 @@ class LayerLight:
     """Light of a light-basis plan: three layers, the same in every pass."""
 
     def __init__(self, probe: SpectralPanorama, warnings: list[str]) -> None:
-        self.layers = light_layers(probe)
+        self.probe, self.layers = probe, light_layers(probe)
         self.residual = self.layers.residual
         error = colour_error(probe, self.layers)
         if error > _NOTICEABLE_DE2000:
@@ -34,8 +34,13 @@ class LayerLight:
 
     def plan(self, reflectances: Array, passes: int | None) -> PassPlan:
         """A plan for these layers and the scene's reflectances (N, 61)."""
-        return light_basis_plan(
-            self.layers.spectra, reflectances, passes or None, light_mixtures(self.layers)
+        return make_plan(
+            (LightSet(self.layers),),
+            self.probe,
+            reflectances,
+            passes=passes or None,
+            full_samples=True,
+            kind="light-basis",
         )
 
     def checked(self, plan: PassPlan) -> PassPlan:

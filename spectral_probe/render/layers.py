@@ -64,7 +64,7 @@ def light_layers(panorama: SpectralPanorama) -> LightLayers:
     """
     bases = resample(panorama.wavelengths_nm, panorama.bases, name="the panorama's basis")
     solid_angle = _solid_angles(panorama.weights.shape[0])
-    root = _visual_root()
+    root = visual_root()
     moment = _second_moment(panorama, bases, solid_angle)
     total = float(np.trace(moment))
     if not total > 0:
@@ -92,25 +92,6 @@ def light_layers(panorama: SpectralPanorama) -> LightLayers:
         wavelengths_nm=WAVELENGTHS_NM.copy(),
         residual=lost / total,
     )
-
-
-def light_mixtures(layers: LightLayers, count: int = 2000) -> FloatArray:
-    """Random mixtures of the layers that light in the scene can have, (count, 3) shares that sum to one.
-
-    What reaches a surface is a mean over some of the panorama: of one direction for a mirror, of many for a rough surface.
-    Directions are drawn by the energy that comes from them.
-    """
-    generator = np.random.default_rng(4)
-    flat = layers.weights.reshape(-1, 3).astype(float)
-    to_luminance = layers.spectra @ colour_matching_functions()[:, 1]
-    solid_angle = np.broadcast_to(_solid_angles(layers.weights.shape[0]), layers.weights.shape[:2]).ravel()
-    energy = np.cumsum(np.maximum(flat @ to_luminance, 0.0) * solid_angle)
-    directions = np.array([1, 1, 4, 16, 64])[np.arange(count) % 5]
-    mixtures = np.zeros((count, 3))
-    for number in range(directions.max()):
-        drawn = np.searchsorted(energy, generator.random(count) * energy[-1])
-        mixtures += np.where(number < directions, 1.0, 0.0)[:, None] * flat[np.minimum(drawn, len(flat) - 1)]
-    return np.asarray(mixtures / np.maximum(mixtures.sum(-1, keepdims=True), 1e-12))
 
 
 def colour_error(panorama: SpectralPanorama, layers: LightLayers) -> float:
@@ -151,7 +132,7 @@ def _solid_angles(height: int) -> FloatArray:
     return np.asarray(rows / rows.mean())[:, None]
 
 
-def _visual_root() -> FloatArray:
+def visual_root() -> FloatArray:
     """Root M^1/2 (L, L) of the metric M in which spectra are told apart: how much of a difference is seen.
 
     A difference counts by the eye's sensitivity at its wavelengths, not below a tenth of the highest, so that light at the

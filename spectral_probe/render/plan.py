@@ -2,48 +2,57 @@
 
 Two kinds, both put together by one sum (`PassPlan`):
 
-- **wavelength**: each channel holds light and materials at one wavelength; 21 passes are the 61-sample reference.
-- **light-basis**: the world's channels hold three light layers, each pass sets all materials to one wavelength. What
-  the scene does with light between lamp and camera (its transport) is smooth in wavelength even where the light is
-  not, so a few wavelengths and an interpolation hold it, and the light enters at full resolution afterwards.
+- **wavelength**: each channel holds light and materials at one wavelength; 21 passes are the 61-sample reference, and a
+  quadrature fitted to the scene needs fewer (`quadrature`).
+- **light-basis**: the world's channels hold three light layers (`light_sets`), each pass sets all materials to one
+  wavelength. What the scene does with light between lamp and camera (its transport) is smooth in wavelength even where the
+  light is not, so a few wavelengths and an interpolation hold it (`interpolation`), and the light enters at full resolution
+  afterwards.
 
-The interpolation is made for the scene at hand. Transport is a sum of products of the scene's own reflectances, so
-the covariance of random products of them says how its value at one wavelength follows from its values at others
-(best linear prediction under the constraint that constants are kept: ordinary kriging; Cressie, Statistics for
-Spatial Data, 1993, sect. 3.2). The wavelengths are chosen one after another, and then exchanged one by one, to make the
-expected error in a linearised CIELAB smallest.
+Errors are predicted for the whole chain, layers and wavelengths together, on a picture of random pixels that the plan was not
+fitted to (`light_samples`).
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
-from ..errors import FileFormatError, RenderError
-from ..files.atomic import written_whole
-from ..model import FloatArray
-from ..render_model import PassPlan
-from ..spectra.colorimetry import colour_matching_functions, delta_e_2000, spectra_to_xyz
+from ..errors import RenderError
+from ..geometry.frames import panorama_solid_angles
+from ..model import FloatArray, SpectralPanorama
+from ..render_model import EmissionGroup, LightSet, PassPlan, SwappableLayer
+from ..spectra.colorimetry import colour_matching_functions, illuminant
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM
+from .interpolation import NodeChoice, lab_metric, second_moment
+from .light_samples import random_picture
+from .light_sets import light_rank
+from .plan_file import describe, load_plan, save_plan
+from .quadrature import fitted_quadrature
 
-TARGET_MEAN_DE2000 = 0.25
-"""Predicted mean colour error that the automatic number of passes must reach."""
-
-TARGET_MAX_DE2000 = 2.0
-"""Predicted error of the worst of the random colours that the automatic number of passes must reach."""
+__all__ = ["describe", "load_plan", "make_plan", "reference_plan", "save_plan"]
 
 FEWEST_PASSES, MOST_PASSES = 3, 20
+"""Wavelengths of a light set, where their number is not asked for."""
 
-_TRAINING, _HELD_OUT = 4000, 2000
-_LIGHTS_IN_METRIC = 64
-_NUGGET = 1e-6
-"""Share of the mean variance added on the diagonal: keeps the interpolation from amplifying noise."""
+SECONDARY_SHARE = 1.0 / 16.0
+"""Share of the full samples that a pass gets whose transport is estimated as a ratio of the reference's."""
 
-_FORMAT = "spectral-probe-plan-1"
+FEWEST_SAMPLES = 4
+"""Samples of such a pass at least."""
+
+LEAST_SET_SHARE = 0.25
+"""Share of the full samples of a light set's reference pass at least."""
+
+_TRAINING_SEED, _HELD_OUT_SEED = 1000, 2000
+_TRAINING_PIXELS = 4000
+
+_OTHER_LAMPS = ("A", "D65", "FL2", "FL11", "HP1", "LED-B3", "LED-RGB1")
+"""What a swappable light may be exchanged for: its wavelengths must serve these, too."""
 
 
 def reference_plan() -> PassPlan:
@@ -75,32 +84,48 @@ def reference_plan() -> PassPlan:
     )
 
 
-def light_basis_plan(
-    layer_spectra: FloatArray,
-    material_spectra: FloatArray,
-    passes: int | None = None,
-    mixtures: FloatArray | None = None,
+def make_plan(
+    sets: Sequence[LightSet],
+    panorama: SpectralPanorama,
+    reflectances: FloatArray,
+    *,
+    passes: int | Literal["all"] | None = None,
+    max_de2000: float = 0.5,
+    emission: Sequence[EmissionGroup] = (),
+    full_samples: bool = False,
+    samples: int = 128,
+    kind: Literal["light-basis"] | None = None,
 ) -> PassPlan:
-    """A plan that renders the scene's transport of three light layers at few wavelengths.
+    """The cheapest plan for a scene and its light within an error bound.
 
     Parameters
     ----------
-    layer_spectra
-        (3, 61) spectra of the light layers, may be signed.
-    material_spectra
-        (N, 61) reflectances of the scene's materials, metals at several incidence angles. A constant is
-        always added (light seen directly, white surfaces).
+    sets
+        The light's layers (`light_sets.light_sets`).
+    panorama
+        The true light, which the layers are compared with.
+    reflectances
+        (N, 61) reflectances of the scene's materials, metals at several incidence angles. A constant is always added (light
+        seen directly, white surfaces).
     passes
-        Number of wavelengths; None takes the fewest that reach `TARGET_MEAN_DE2000` and `TARGET_MAX_DE2000`.
-    mixtures
-        (M, 3) shares of the layers in the light that occurs (`layers.light_mixtures`); a layer alone may be no light at all,
-        since its spectrum may be signed. None takes all mixtures alike.
+        Number of wavelengths of every light set; "all" for the 61-wavelength reference; None for as few as keep the largest
+        predicted error within the bound, of the kind that costs least.
+    max_de2000
+        The bound. The error is the largest of `light_samples.PIXELS` random pixels, each light of luminance 1, exposed as
+        `compare` exposes a picture: of a picture like these about one pixel in 2000 is worse.
+    emission
+        Light groups beside the world.
+    full_samples
+        Give all passes of a set the same samples, as where ratios of passes are no good estimate (dispersion).
+    samples
+        Samples of a full pass, of which secondary passes need `FEWEST_SAMPLES`.
+    kind
+        "light-basis" leaves the fitted wavelengths out of the choice.
 
     Returns
     -------
     PassPlan
-        With the predicted mean and maximum dE2000 against all 61 wavelengths, over random held-out products of
-        up to three reflectances under the mixtures of the layers, the white being that of the mean mixture.
+        With predicted error, predicted cost, and sentences on the choice; see `describe`.
 
     Raises
     ------
@@ -109,195 +134,225 @@ def light_basis_plan(
 
     Examples
     --------
-    >>> plan = light_basis_plan(np.ones((3, 61)), np.linspace(0.1, 0.9, 61)[None], passes=4)
-    >>> plan.passes, bool(np.allclose(plan.reconstruction.sum((0, 1)), 3.0))
-    (4, True)
+    >>> from spectral_probe.render.light_sets import light_sets
+    >>> weights, index = np.ones((4, 8, 1), np.float32), np.zeros((4, 8), np.uint8)
+    >>> sure, white = np.ones((4, 8), np.float32), np.ones((1, 61))
+    >>> panorama = SpectralPanorama(weights, white[None], index, WAVELENGTHS_NM, sure > 0, sure)
+    >>> sets = light_sets(panorama, reflectances=white, max_de2000=0.5)
+    >>> plan = make_plan(sets, panorama, white, passes=4, samples=64)
+    >>> plan.passes, plan.predicted_cost
+    (4, 1.1875)
     """
+    if passes == "all":
+        return reference_plan()
     count = len(WAVELENGTHS_NM)
     if passes is not None and not 1 <= passes <= count:
         raise RenderError(
             f"{passes} passes were asked for; choose a number from 1 to {count}, or all wavelengths."
         )
-    layers = np.asarray(layer_spectra, float)
-    surfaces = np.concatenate([np.ones((1, count)), np.asarray(material_spectra, float).reshape(-1, count)])
-    training = _random_transport(surfaces, _TRAINING, seed=1)
-    covariance = training.T @ training / len(training)
-    covariance += _NUGGET * np.trace(covariance) / count * np.eye(count)
-    lights = _lights(layers, mixtures)
-    metric = _lab_metric(lights)
-    held_out = _random_transport(surfaces, _HELD_OUT, seed=2)
-
-    nodes: list[int] = []
-    for size in range(1, (passes or MOST_PASSES) + 1):
-        nodes = _exchange(_add_node(nodes, covariance, metric), covariance, metric)
-        if size < (passes or FEWEST_PASSES):
-            continue
-        weights = _interpolation(sorted(nodes), covariance)
-        plan = _plan_of(sorted(nodes), weights, layers)
-        predicted = _predicted_error(plan, weights, lights, held_out)
-        if size == passes or (predicted[0] <= TARGET_MEAN_DE2000 and predicted[1] <= TARGET_MAX_DE2000):
-            break
-    return replace(plan, predicted_de2000=predicted)
+    chain = _Chain(sets, panorama, reflectances, emission)
+    sizes = [passes] * len(sets) if passes else chain.smallest_sizes(max_de2000)
+    plan = _light_basis(chain, sizes, full_samples, samples)
+    notes = _light_notes(panorama, sets)
+    within = plan.predicted_de2000 is not None and plan.predicted_de2000[1] <= max_de2000
+    if passes is None:
+        most = MOST_PASSES if not within else int(np.ceil(plan.predicted_cost or 0.0)) - 1
+        if kind is None and not plan.swappable and not any(any(group.swappable) for group in emission):
+            other = fitted_quadrature(chain.training, chain.held_out, max_de2000, most)
+            if other is not None:
+                return replace(other, notes=notes)
+        if not within:
+            notes = (
+                *notes,
+                f"The error bound of dE2000 {max_de2000:g} is not reached with {MOST_PASSES} wavelengths a set.",
+            )
+    return replace(plan, notes=notes)
 
 
-def _random_transport(surfaces: FloatArray, count: int, seed: int) -> FloatArray:
-    """Random sums of one or two products of one to three reflectances, (count, L), each with mean 1."""
-    generator = np.random.default_rng(seed)
-    transport = np.zeros((count, surfaces.shape[1]))
-    for _ in range(2):
-        factors = surfaces[generator.integers(len(surfaces), size=(count, 3))]
-        bounces = generator.integers(1, 4, size=count)
-        factors[np.arange(3) >= bounces[:, None]] = 1.0
-        product = factors.prod(1)
-        # The second product is left out half the time, so that pure products are as common as sums.
-        share = (
-            generator.random((count, 1)) * (generator.random((count, 1)) < 0.5) if transport.any() else 1.0
+class _Chain:
+    """What happens to the light of random pixels: layers, few wavelengths, interpolation; with the parts that are used twice."""
+
+    def __init__(
+        self,
+        sets: Sequence[LightSet],
+        panorama: SpectralPanorama,
+        reflectances: FloatArray,
+        emission: Sequence[EmissionGroup],
+    ) -> None:
+        self.sets, self.emission = tuple(sets), tuple(emission)
+        self.spectra = [light.layers.spectra for light in sets] + [group.spectra for group in emission]
+        self.set_of = [*range(len(sets)), *(0 for _ in emission)]
+        self.training, self.held_out = (
+            random_picture(panorama, sets, reflectances, seed, emission, count=count)
+            for seed, count in ((_TRAINING_SEED, _TRAINING_PIXELS), (_HELD_OUT_SEED, 2000))
         )
-        transport += share * product / np.maximum(product.mean(1, keepdims=True), 1e-6)
-    return transport / np.maximum(transport.mean(1, keepdims=True), 1e-6)
+        self._xyz: dict[tuple[int, int], FloatArray] = {}
+
+    @cached_property
+    def choices(self) -> list[NodeChoice]:
+        """For each set which wavelengths serve its light."""
+        moment = second_moment(np.asarray(self.training.transports.sum(0)))
+        return [NodeChoice(moment, lab_metric(self._lights(number))) for number in range(len(self.sets))]
+
+    def _lights(self, number: int) -> FloatArray:
+        """What a set holds of the training lights (M, L), and what it may be exchanged for."""
+        groups = [group for group, owner in enumerate(self.set_of) if owner == number]
+        lights = sum(
+            light.held[:, group] @ self.spectra[group] for light in self.training.lights for group in groups
+        )
+        lights = np.asarray(lights)
+        names = list(self.sets[number].swappable)
+        names += [name for group in self.emission if number == 0 for name in group.swappable]
+        if any(names):
+            lamps = np.stack([illuminant(name) for name in _OTHER_LAMPS])
+            lamps = lamps / (lamps @ colour_matching_functions()[:, 1:2] * STEP_NM)
+            lights = np.concatenate([lights, np.repeat(lamps, max(1, len(lights) // len(lamps)), axis=0)])
+        return lights
+
+    @cached_property
+    def _transports(self) -> list[FloatArray]:
+        return [self.held_out.layer_transports(group) for group in range(len(self.spectra))]
+
+    def _set_xyz(self, number: int, size: int) -> FloatArray:
+        """Tristimulus values (N, 3) of a set's light, and of the emission that shines with it, by so many wavelengths."""
+        if (number, size) not in self._xyz:
+            nodes, weights = self.interpolation(number, size)
+            cmf = colour_matching_functions() * STEP_NM
+            total = np.zeros((len(self._transports[0]), 3))
+            for group, owner in enumerate(self.set_of):
+                if owner == number:
+                    matrix = np.einsum("pl,cl,lx->cpx", weights, self.spectra[group], cmf)
+                    total += np.einsum("ncp,cpx->nx", self._transports[group][:, :, nodes], matrix)
+            self._xyz[number, size] = total
+        return self._xyz[number, size]
+
+    def interpolation(self, number: int, size: int) -> tuple[list[int], FloatArray]:
+        """Indices of so many wavelengths for a set, and the weights (P, L) that go with them."""
+        count = len(WAVELENGTHS_NM)
+        if size == count:
+            return list(range(count)), np.eye(count)
+        return self.choices[number].nodes(size), self.choices[number].weights(size)
+
+    def errors(self, sizes: Sequence[int]) -> FloatArray:
+        """DE2000 of the held-out pixels with so many wavelengths of each set."""
+        total = sum(self._set_xyz(number, size) for number, size in enumerate(sizes))
+        return self.held_out.errors(np.asarray(total))
+
+    def smallest_sizes(self, max_de2000: float) -> list[int]:
+        """Numbers of wavelengths of the sets, as small as keep the largest error within the bound, or the best there are."""
+        sizes = [FEWEST_PASSES] * len(self.sets)
+        best, best_error = list(sizes), float(self.errors(sizes).max())
+        while best_error > max_de2000:
+            # A set is judged with the others at all wavelengths, or the worst would hide what a better one gains.
+            alone = [self._alone(number, size) for number, size in enumerate(sizes)]
+            worst = int(
+                np.argmax(
+                    [error if sizes[number] < MOST_PASSES else -1 for number, error in enumerate(alone)]
+                )
+            )
+            larger = range(sizes[worst] + 1, MOST_PASSES + 1)
+            sizes[worst] = next(
+                (size for size in larger if self._alone(worst, size) < alone[worst]), MOST_PASSES
+            )
+            error = float(self.errors(sizes).max())
+            if error < best_error:
+                best, best_error = list(sizes), error
+            if min(sizes) == MOST_PASSES:
+                break
+        return best
+
+    def _alone(self, number: int, size: int) -> float:
+        """The largest error with so many wavelengths of one set, and all of the others."""
+        everywhere = len(WAVELENGTHS_NM)
+        return float(
+            self.errors([size if other == number else everywhere for other in range(len(self.sets))]).max()
+        )
 
 
-def _lights(layers: FloatArray, mixtures: FloatArray | None) -> FloatArray:
-    """Lights (M, L) that occur: mixtures of the layers, each as bright as their mean; those no eye can see are left out."""
-    if mixtures is None:
-        mixtures = np.random.default_rng(3).dirichlet(np.ones(len(layers)), size=_HELD_OUT)
-    lights = np.concatenate([mixtures.mean(0, keepdims=True), mixtures]) @ layers
-    xyz = spectra_to_xyz(lights)
-    seen = (xyz > 1e-3 * xyz[:, 1:2]).all(-1) & (xyz[:, 1] > 0)
-    return np.asarray(lights[seen] / xyz[seen, 1:2])
-
-
-def _lab_metric(lights: FloatArray) -> FloatArray:
-    """(L, L) matrix G: the squared error of a transport e (L,) in linearised CIELAB is e G e, in the mean over the lights.
-
-    The white is the first of the lights.
-    """
-    cmf = colour_matching_functions() * STEP_NM
-    white = spectra_to_xyz(lights[0])
-    to_lab = np.array([[0.0, 116.0, 0.0], [500.0, -500.0, 0.0], [0.0, 200.0, -200.0]]) / 3.0
-    metric = np.zeros((lights.shape[1],) * 2)
-    for light in lights[: _LIGHTS_IN_METRIC + 1]:
-        sensitivity = (light[:, None] * cmf / white) @ to_lab.T
-        metric += sensitivity @ sensitivity.T
-    return metric
-
-
-def _interpolation(nodes: Sequence[int], covariance: FloatArray) -> FloatArray:
-    """(P, L) weights by which values at the nodes predict those at every wavelength; columns sum to one."""
-    size = len(nodes)
-    system = np.ones((size + 1, size + 1))
-    system[size, size] = 0.0
-    system[:size, :size] = covariance[np.ix_(nodes, nodes)]
-    target = np.concatenate([covariance[list(nodes)], np.ones((1, covariance.shape[1]))])
-    weights: FloatArray = np.linalg.solve(system, target)[:size]
-    weights[:, list(nodes)] = np.eye(size)  # the nugget would blur what is known exactly
-    return weights
-
-
-def _expected_error(nodes: Sequence[int], covariance: FloatArray, metric: FloatArray) -> float:
-    """Expected squared error of the interpolation, up to a constant: E[e G e] for e = t - W t_nodes."""
-    weights = _interpolation(nodes, covariance)
-    weighed = weights @ metric
-    explained = (weighed * covariance[list(nodes)]).sum()
-    return float((weighed @ weights.T * covariance[np.ix_(nodes, nodes)]).sum() - 2.0 * explained)
-
-
-def _add_node(nodes: list[int], covariance: FloatArray, metric: FloatArray) -> list[int]:
-    free = [i for i in range(len(covariance)) if i not in nodes]
-    return [*nodes, min(free, key=lambda i: _expected_error([*nodes, i], covariance, metric))]
-
-
-def _exchange(nodes: list[int], covariance: FloatArray, metric: FloatArray) -> list[int]:
-    """Move each node in turn to where the error is smallest, once round; never makes the error larger."""
-    if len(nodes) == len(covariance):
-        return nodes
-    for position in range(len(nodes)):
-        others = nodes[:position] + nodes[position + 1 :]
-        nodes = _add_node(others, covariance, metric)
-        nodes.insert(position, nodes.pop())
-    return nodes
-
-
-def _plan_of(nodes: list[int], weights: FloatArray, layers: FloatArray) -> PassPlan:
+def _light_basis(chain: _Chain, sizes: Sequence[int], full_samples: bool, samples: int) -> PassPlan:
+    """The light-basis plan with so many wavelengths of each set."""
+    grid = len(WAVELENGTHS_NM)
+    share_of_set = _set_shares(chain.sets, bool(chain.emission))
+    secondary = max(SECONDARY_SHARE, FEWEST_SAMPLES / samples)
+    rows: list[tuple[int, int, FloatArray]] = []
+    references, shares, reconstruction = [], [], []
+    for number, size in enumerate(sizes):
+        nodes, weights = chain.interpolation(number, size)
+        reference = len(rows) + int(np.argmax(weights @ _brightness(chain.sets[number])))
+        for node, weight in zip(nodes, weights, strict=True):
+            own = full_samples or len(rows) == reference
+            references.append(len(rows) if full_samples else reference)
+            shares.append(share_of_set[number] if own else min(secondary, share_of_set[number]))
+            reconstruction.append(weight * chain.sets[number].layers.spectra)
+            rows.append((number, node, weight))
+    errors = chain.errors(sizes)
     return PassPlan(
         kind="light-basis",
-        wavelengths_nm=np.repeat(WAVELENGTHS_NM[nodes][:, None], 3, axis=1),
-        reconstruction=weights[:, None, :] * layers[None],
+        wavelengths_nm=np.repeat(WAVELENGTHS_NM[[node for _, node, _ in rows]][:, None], 3, axis=1),
+        reconstruction=np.stack(reconstruction).reshape(-1, 3, grid),
         grid_nm=WAVELENGTHS_NM.copy(),
-        sample_shares=np.ones(len(nodes)),
-        references=tuple(range(len(nodes))),
-        light_sets=(0,) * len(nodes),
-        interpolation=weights,
+        sample_shares=np.array(shares),
+        references=tuple(references),
+        light_sets=tuple(number for number, _, _ in rows),
+        interpolation=np.stack([weight for _, _, weight in rows]),
+        emission=chain.emission,
+        predicted_de2000=(float(errors.mean()), float(errors.max())),
+        predicted_cost=float(np.maximum(np.round(np.array(shares) * samples), 1).sum() / samples),
+        swappable=_swappable_layers(chain.sets),
     )
 
 
-def _predicted_error(
-    plan: PassPlan, weights: FloatArray, lights: FloatArray, transport: FloatArray
-) -> tuple[float, float]:
-    """Mean and maximum dE2000 of the plan's interpolation `weights` (P, L) over transports (N, L) under the lights."""
-    transport = transport / transport.max(1, keepdims=True)
-    light = lights[np.arange(len(transport)) % len(lights)]
-    nodes = np.searchsorted(plan.grid_nm, plan.wavelengths_nm[:, 0])
-    white = spectra_to_xyz(lights[0])
-    exact, estimate = (spectra_to_xyz(s * light) for s in (transport, transport[:, nodes] @ weights))
-    error = delta_e_2000(exact, np.maximum(estimate, 0.0), white)
-    return float(error.mean()), float(error.max())
+def _brightness(light: LightSet) -> FloatArray:
+    """How much luminance (L,) the mean light of a set has at each wavelength."""
+    spectra = light.layers.weights.mean((0, 1)).astype(float) @ light.layers.spectra
+    bright = np.maximum(spectra, 0.0) * colour_matching_functions()[:, 1]
+    return np.asarray(bright if bright.any() else colour_matching_functions()[:, 1])
 
 
-def save_plan(plan: PassPlan, path: Path) -> None:
-    """Write a plan as JSON, whole or not at all."""
-    text = json.dumps(
-        {
-            "format": _FORMAT,
-            "kind": plan.kind,
-            "wavelengths_nm": plan.wavelengths_nm.tolist(),
-            "reconstruction": plan.reconstruction.tolist(),
-            "grid_nm": plan.grid_nm.tolist(),
-            "sample_shares": plan.sample_shares.tolist(),
-            "predicted_de2000": plan.predicted_de2000,
-        }
-    )
-    with written_whole(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+def _set_shares(sets: Sequence[LightSet], emission: bool) -> FloatArray:
+    """Shares of the full samples of the sets' reference passes: by their light, at least `LEAST_SET_SHARE` each."""
+    energy = np.array([_energy(light) for light in sets])
+    if emission:  # shines with set 0, and how bright it is is not known
+        energy[0] = max(energy[0], energy.sum() / 2)
+    least = np.full(len(sets), LEAST_SET_SHARE)
+    shares = energy / energy.sum()
+    for _ in sets:  # what the dim ones get beyond their part the others give
+        dim = shares <= least
+        left = 1.0 - least[dim].sum()
+        if dim.all() or left <= 0:
+            break
+        shares = np.where(dim, least, energy * left / energy[~dim].sum())
+    return np.asarray(np.maximum(shares, least))
 
 
-def load_plan(path: Path) -> PassPlan:
-    """Read a plan that `save_plan` wrote; numbers come back exactly.
+def _energy(light: LightSet) -> float:
+    """Luminous energy of a set's light."""
+    luminance = light.layers.spectra @ colour_matching_functions()[:, 1]
+    height, width, _ = light.layers.weights.shape
+    rows = light.layers.weights.sum(1, dtype=float) @ luminance
+    return max(float((rows * panorama_solid_angles(height, width)[:, 0]).sum()), 0.0)
 
-    Raises
-    ------
-    FileFormatError
-        If the file is missing or is no plan.
-    """
-    wrong = FileFormatError(f"{path} is not a plan of passes. Give the plan.json of a spectral render.")
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError:
-        raise FileFormatError(f"{path} cannot be read. Give the plan.json of a spectral render.") from None
-    except ValueError:
-        raise wrong from None
-    if not isinstance(content, dict) or content.get("format") != _FORMAT:
-        raise wrong
-    try:
-        predicted = content["predicted_de2000"]
-        plan = PassPlan(
-            kind=content["kind"],
-            wavelengths_nm=np.array(content["wavelengths_nm"], float),
-            reconstruction=np.array(content["reconstruction"], float),
-            grid_nm=np.array(content["grid_nm"], float),
-            sample_shares=np.array(content["sample_shares"], float),
-            references=tuple(range(len(content["sample_shares"]))),
-            light_sets=(0,) * len(content["sample_shares"]),
-            predicted_de2000=None if predicted is None else (float(predicted[0]), float(predicted[1])),
+
+def _swappable_layers(sets: Sequence[LightSet]) -> tuple[SwappableLayer, ...]:
+    layers = []
+    for number, light in enumerate(sets):
+        recovered = light.layers.spectra if light.recovered_spectra is None else light.recovered_spectra
+        layers += [
+            SwappableLayer(name, number, channel, recovered[channel])
+            for channel, name in enumerate(light.swappable)
+            if name
+        ]
+    return tuple(layers)
+
+
+def _light_notes(panorama: SpectralPanorama, sets: Sequence[LightSet]) -> tuple[str, ...]:
+    rank = light_rank(panorama)
+    fixed = sum(not any(light.swappable) for light in sets)
+    kinds = "one kind" if rank == 1 else f"{rank} kinds"
+    if fixed > 1:
+        held = f"three layers cannot hold them within the bound, so its directions are split into {fixed} sets of layers"
+    else:
+        held = (
+            "three layers hold all of it" if rank <= len("RGB") else "three layers hold it within the bound"
         )
-    except (KeyError, TypeError, ValueError, IndexError):
-        raise wrong from None
-    shapes = (plan.wavelengths_nm.shape, plan.reconstruction.shape, plan.sample_shares.shape)
-    passes = len(plan.sample_shares)
-    if plan.kind not in ("light-basis", "wavelength") or shapes != (
-        (passes, 3),
-        (passes, 3, len(plan.grid_nm)),
-        (passes,),
-    ):
-        raise wrong
-    return plan
+    return (f"The light is a mixture of {kinds} of spectrum; {held}.",)

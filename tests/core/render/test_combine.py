@@ -5,7 +5,8 @@ import pytest
 
 from spectral_probe.errors import RenderError
 from spectral_probe.render.combine import combine_spectrum, combine_xyz
-from spectral_probe.render.plan import light_basis_plan, reference_plan
+from spectral_probe.render.plan import reference_plan
+from spectral_probe.render_model import PassPlan
 from spectral_probe.spectra.colorimetry import illuminant, spectra_to_xyz
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 
@@ -27,7 +28,17 @@ def test_the_reference_gives_back_spectra_and_their_tristimulus_values():
 
 def test_a_light_basis_plan_puts_the_light_back():
     layers = np.stack([illuminant(name) / 100 for name in ("A", "D65", "FL2")])
-    plan = light_basis_plan(layers, np.ones((1, 61)), 3)
+    interpolation = np.random.default_rng(4).dirichlet(np.ones(3), size=61).T  # keeps constants
+    plan = PassPlan(
+        kind="light-basis",
+        wavelengths_nm=np.repeat([[450.0], [550.0], [610.0]], 3, axis=1),
+        reconstruction=interpolation[:, None] * layers,
+        grid_nm=WAVELENGTHS_NM.copy(),
+        sample_shares=np.ones(3),
+        references=(0, 1, 2),
+        light_sets=(0, 0, 0),
+        interpolation=interpolation,
+    )
     weights = np.random.default_rng(2).random((5, 7, 3))
     spectra = combine_spectrum(
         plan, [weights] * 3
