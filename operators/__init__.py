@@ -8,6 +8,7 @@ from .add_mask import SPECTRAL_PROBE_OT_add_mask
 from .add_object import SPECTRAL_PROBE_OT_add_object
 from .add_own_light import SPECTRAL_PROBE_OT_add_own_light, SPECTRAL_PROBE_OT_remove_own_light
 from .add_region_light import SPECTRAL_PROBE_OT_add_region_light, SPECTRAL_PROBE_OT_remove_region_light
+from .add_torrance_sparrow import SPECTRAL_PROBE_OT_add_torrance_sparrow
 from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
 from .build_probe import SPECTRAL_PROBE_OT_build_probe
 from .calibrate import SPECTRAL_PROBE_OT_calibrate
@@ -50,6 +51,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_seed_from_view,
         SPECTRAL_PROBE_OT_light_world,
         SPECTRAL_PROBE_OT_add_object,
+        SPECTRAL_PROBE_OT_add_torrance_sparrow,
         SPECTRAL_PROBE_OT_render_spectral,
         SPECTRAL_PROBE_OT_compare,
     )
