@@ -16,7 +16,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import region_properties
+from . import region_properties, swap_properties
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
 from .library_pickers import ball_materials, camera_names
@@ -272,6 +272,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     spectrum: PointerProperty(type=SPECTRAL_PROBE_PG_spectrum)
     region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
     edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
+    swap: PointerProperty(type=swap_properties.SPECTRAL_PROBE_PG_swap)
+    planned: PointerProperty(type=swap_properties.SPECTRAL_PROBE_PG_plan)
 
     plan: EnumProperty(
         name="Passes",
@@ -323,6 +325,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_comparison,
         SPECTRAL_PROBE_PG_spectrum,
         *region_properties.CLASSES,
+        *swap_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_light,
