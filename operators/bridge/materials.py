@@ -5,7 +5,9 @@ What a material becomes is chosen by `Material.spectral_probe`:
 - **METAL**: Metallic, Glossy and Principled shaders become the Metallic BSDF with the metal's complex refractive index
   (exact Fresnel in each channel); roughness, distribution and normal stay.
 - **REFLECTANCE**: the colour of Diffuse, Principled, Subsurface and Translucent shaders becomes the measured reflectance.
-- **RGB** (the default), and all other shaders of the two above: every colour is uplifted to a reflectance by Mallett & Yuksel
+- **GLASS**: the colour of Transparent, Glass and Refraction shaders becomes the transmittance of a pane, or the body absorbs.
+- **DISPERSIVE**: the refractive index of Glass and Refraction shaders follows the wavelength.
+- **RGB** (the default), and all other shaders of the above: every colour is uplifted to a reflectance by Mallett & Yuksel
   (2019), textures and other linked colours by dot products behind the link.
 
 Light that lamps and materials emit: see `emission`.
@@ -22,12 +24,14 @@ import numpy as np
 from ...spectral_probe.render_model import EmissionGroup
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
 from .emission import UNTRANSLATED, Emission, Source, sources_of
+from .glass import translate_dispersive, translate_glass
 from .light_groups import light_groups, shown_by
 from .rgb_twin import metal_colours, rgb_materials
 from .shaders import link_of, shaders
 from .spectral_kinds import index_spectra, translate_metal, translate_reflectance
 from .stand_ins import Copy, lamp_copies, material_copies, naming
 from .translation import COEFFICIENTS, Translation, index_rows, working_to_rec709
+from .untranslated import name_untranslated
 
 __all__ = ["SpectralMaterials", "metal_colours", "rgb_materials", "spectral_materials", "working_to_rec709"]
 
@@ -123,7 +127,12 @@ def _translate(translation: Translation, copy: Copy) -> None:
         done = translate_metal(translation, settings.metal, copy.trees)
     elif kind == "REFLECTANCE":
         done = translate_reflectance(translation, settings.reflectance_path, copy.trees)
+    elif kind == "GLASS":
+        done = translate_glass(translation, settings, copy.trees)
+    elif kind == "DISPERSIVE":
+        done = translate_dispersive(translation, settings, copy.label, copy.trees)
     for tree, node in shaders(copy.trees):
+        name_untranslated(translation, copy.label, tree, node)
         if node not in done:
             _uplift(translation, copy.label, tree, node, done)
 
@@ -132,8 +141,6 @@ def _uplift(
     translation: Translation, label: str, tree: bpy.types.NodeTree, node: bpy.types.Node, done: set[Any]
 ) -> None:
     """Every colour of a shader node from the working space to reflectance; what it emits is not one."""
-    if node.type == "SCRIPT":
-        translation.warnings.append(f"{label} has a script node; colours inside the script stay RGB.")
     if node.type == "BSDF_METALLIC" and node.fresnel_type == "PHYSICAL_CONDUCTOR":
         _conductor(translation, label, tree, node)
         return

@@ -102,21 +102,43 @@ class Translation:
         unlink(tree, socket)
         self.setters.append(lambda nm: set_value(socket, at(nm, values)))
 
-    def bind_colour(self, label: str, tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> None:
-        """Let a colour socket, constant or linked, follow the reflectance of its colour."""
+    def bind_number(
+        self, tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, values: Array, channel: int
+    ) -> None:
+        """Let a number follow a table (61,) at the wavelength of one channel."""
+        unlink(tree, socket)
+
+        def set_number(wavelengths_nm: Array) -> None:
+            socket.default_value = float(at(wavelengths_nm[channel], values))
+
+        self.setters.append(set_number)
+
+    def bind_colour(
+        self,
+        label: str,
+        tree: bpy.types.NodeTree,
+        socket: bpy.types.NodeSocket,
+        mask: Array | None = None,
+    ) -> None:
+        """Let a colour socket, constant or linked, follow the reflectance of its colour; `mask` (3,) picks channels."""
         link = link_of(socket)
         basis = reflectance_basis().T
         if link is None:
             spectrum = self.rec709(socket.default_value[:3], label, reflectance=True) @ basis
             if np.ptp(spectrum) > 1e-3 and socket.enabled:
                 self.spectra.append(np.clip(spectrum, 0.0, 1.0)[None])
-            self.bind_table(tree, socket, spectrum)
+            unlink(tree, socket)
+            picked = np.ones(3) if mask is None else mask
+            self.setters.append(lambda nm: set_value(socket, at(nm, spectrum) * picked))
             return
         if socket.enabled:
             self.spectra.append(basis)
         for amount, scale in self._clipped_upstream(link):
             self.note_clipping(label, amount, scale)
         insert_group(tree, link, socket, self.reflectance_group)
+        if mask is not None:
+            reflectance = link_of(socket)
+            tree.links.new(vector_math(tree, "MULTIPLY", reflectance.from_socket, tuple(mask)), socket)
 
     def bind_coefficients(self, tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> None:
         """Let a vector of one number for each of red, green and blue follow the wavelength.

@@ -83,17 +83,19 @@ def test_a_coloured_emission_has_the_spectrum_of_its_colour(radiance, glowing, s
     assert not warnings
 
 
+@pytest.mark.usefixtures("wall")
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_sun_of_a_colour(radiance, lamp, wall, spectra, at_nm, kind):
+def test_a_sun_of_a_colour(radiance, lamp, spectra, at_nm, kind):
     lamp(color=(0.2, 0.6, 1.0), energy=2.0)
     images, _ = radiance(NM, kind, samples=16)
     expected = 2.0 / np.pi * np.array([0.2, 0.6, 1.0]) @ spectra["emission"].rgb_illuminants()
     np.testing.assert_allclose(centre(images), at_nm(expected), rtol=0.01)
 
 
+@pytest.mark.usefixtures("wall")
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_measured_lamp_has_its_spectrum_at_the_luminance_of_its_colour(
-    radiance, lamp, wall, spectra, at_nm, kind
+    radiance, lamp, spectra, at_nm, kind
 ):
     sun = lamp(color=(0.2, 0.6, 1.0), energy=2.0)
     sun.spectral_probe.light, sun.spectral_probe.lamp = "LAMP", "FL11"
@@ -106,8 +108,9 @@ def test_a_measured_lamp_has_its_spectrum_at_the_luminance_of_its_colour(
     assert not warnings
 
 
+@pytest.mark.usefixtures("wall")
 @pytest.mark.parametrize("kind", KINDS)
-def test_temperature_is_a_black_body_and_a_colour_before_it_a_gel(radiance, lamp, wall, spectra, at_nm, kind):
+def test_temperature_is_a_black_body_and_a_colour_before_it_a_gel(radiance, lamp, spectra, at_nm, kind):
     lamp(use_temperature=True, temperature=3200.0, energy=np.pi)
     of_unit_luminance, body = spectra["emission"].of_unit_luminance, spectra["library"].planck(3200.0)
     images, _ = radiance(NM, kind, samples=16)
@@ -134,8 +137,9 @@ def test_a_blackbody_node_is_planck(radiance, ball, spectra, at_nm, kind, shader
     assert not warnings
 
 
+@pytest.mark.usefixtures("wall")
 @pytest.mark.parametrize("kind", KINDS)
-def test_lamps_of_all_sorts_add_up_with_the_world(scene, radiance, glowing, lamp, wall, at_nm, kind):
+def test_lamps_of_all_sorts_add_up_with_the_world(scene, radiance, glowing, lamp, kind):
     """Together as much as one by one: no light is in no group, or in two."""
     world = np.linspace(0.5, 2.0, 61) * 0.01
     glowing((1.0, 0.2, 0.1), 5.0, (3.0, -1.0, 0.0))
@@ -206,5 +210,5 @@ def test_a_texture_and_a_measured_lamp_on_one_object_are_named(radiance, glowing
 def test_an_unknown_lamp_is_named(radiance, lamp, extension):
     sun = lamp("Key")
     sun.spectral_probe.light, sun.spectral_probe.lamp = "LAMP", "Candle of Doom"
-    with pytest.raises(extension("spectral_probe.errors").RenderError, match='Lamp "Key".*Candle of Doom'):
+    with pytest.raises(extension("spectral_probe.errors").RenderError, match=r'Lamp "Key".*Candle of Doom'):
         radiance([550.0])
