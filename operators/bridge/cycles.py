@@ -7,52 +7,33 @@ the scene, the light and the settings are those it began with (`fingerprint`).
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import bpy
 import numpy as np
 
 from ...spectral_probe.errors import RenderError
-from ...spectral_probe.files.image_exr import write_channels
 from ...spectral_probe.model import Job, SpectralPanorama
-from ...spectral_probe.render.assemble import assemble
+from ...spectral_probe.render.outputs import OutputSettings
 from ...spectral_probe.render.pace import Pace, step_message
-from ...spectral_probe.render.pass_folder import (
-    PassFolder,
-    new_pass_folder,
-    open_pass_folder,
-    read_pass,
-    render_steps,
-    sequence_samples,
-)
+from ...spectral_probe.render.pass_folder import PassFolder, read_pass, render_steps, sequence_samples
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
-from ...spectral_probe.render_model import WORLD, PassImage, PassPlan, RenderStep
-from ...spectral_probe.spectra.colorimetry import xyz_to_rec709
-from .fingerprint import light_fingerprint, scene_fingerprint
+from ...spectral_probe.render_model import WORLD, PassPlan
+from .assembling import TWIN_STEP, remove_pictures, write_pictures, write_twin
 from .light import LayerLight, WavelengthLight, light_level, panorama_rec709
 from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
 from .missing_files import check_textures
 from .pass_output import RenderTo, pass_output
-from .pass_settings import PassSettings, enabled_layers, pass_settings
+from .pass_settings import PassSettings, pass_settings
 from .planning import DEFAULT_MAX_DE2000, Passes, Planner, PlanRequest
-from .render_report import REPORT_NAME, SpectralRender, device_name, write_report
+from .render_report import SpectralRender, device_name, write_report
+from .resuming import PLAN_NAME, OnChange, folder_of_steps, render_fingerprint
 from .world import temporary_light
 
 type Array = np.ndarray[Any, Any]
-type OnChange = Literal["refuse", "restart", "resume"]
 type Light = LayerLight | WavelengthLight
-
-XYZ_NOTE = (
-    "CIE 1931 2 degree tristimulus values: spectral radiance times colour-matching functions, summed over nm"
-)
-RGB_NOTE = "scene-linear Rec.709 (D65), from XYZ as in xyz.exr without normalisation"
-TWIN_STEP = "rgb"
-
-
-class SceneChangedError(RenderError):
-    """An unfinished render in the folder was made from something else."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +68,7 @@ def spectral_render(
     full_samples: bool = False,
     swappable: Mapping[str, Array] | None = None,
     rgb_twin: bool = True,
+    outputs: OutputSettings | None = None,
     on_change: OnChange = "refuse",
     planner: Planner | None = None,
 ) -> Job[SpectralRender]:
@@ -102,7 +84,7 @@ def spectral_render(
         The passes; None makes a plan for this scene and this light. A light-basis plan must have been made for the
         layers of this panorama.
     directory
-        Where to write passes/, xyz.exr, image.exr, rgb.exr, plan.json and report.json. Finished passes of an interrupted
+        Where to write passes/, the files of `render.outputs`, rgb.exr, plan.json and report.json. Finished passes of a stopped
         render of the same scene in the same light are kept, and not rendered again.
     samples
         Samples per pixel of a full pass.
@@ -117,6 +99,8 @@ def spectral_render(
         Masks (H, W) of the panorama's regions whose light is to be exchanged after rendering, by name.
     rgb_twin
         Also render the scene in plain RGB, lit by the same panorama in Rec.709.
+    outputs
+        What is written besides xyz.exr, image.exr and render.exr, and how pictures are finished.
     on_change
         What to do with passes of an unfinished render of something else: "refuse" raises, "restart" renders anew,
         "resume" takes them as they are, with their plan and samples.
@@ -135,18 +119,17 @@ def spectral_render(
     Raises
     ------
     RenderError
-        If the scene cannot be rendered as asked; a `SceneChangedError` if `on_change` has to be decided.
+        If the scene cannot be rendered as asked; a `resuming.SceneChangedError` if `on_change` has to be decided.
     """
     check_scene(scene, samples)
     directory = Path(directory)
     request = PlanRequest(passes, max_de2000, full_samples, swappable or {})
     planner = planner or Planner(probe, request, samples)
-    fingerprint = render_fingerprint(scene, planner, plan)
-    folder = _open(directory, fingerprint, scene, on_change)
+    outputs = outputs or OutputSettings()
+    folder = folder_of_steps(directory, render_fingerprint(scene, planner, plan), scene, on_change)
     if folder.finished:
-        plan, samples = load_plan(directory / "plan.json"), int(folder.fingerprint["samples"])
-    for name in (REPORT_NAME, "xyz.exr", "image.exr", "rgb.exr"):
-        (directory / name).unlink(missing_ok=True)
+        plan, samples = load_plan(directory / PLAN_NAME), int(folder.fingerprint["samples"])
+    remove_pictures(directory)
     with ExitStack() as stack:
         settings = stack.enter_context(pass_settings(scene))
         render_to = stack.enter_context(pass_output(scene, settings.layers))
@@ -155,10 +138,11 @@ def spectral_render(
         )
         yield task.pace.progress("Planning the passes")
         plan, light = yield from _spectral_passes(task, plan, planner, rgb_twin)
-        seconds_rgb = (yield from _rgb_twin(task)) if rgb_twin else None
-        yield task.pace.progress("Putting the passes together")
-        result = _assembled(task, plan, light)
-    result = replace(result, rgb=directory / "rgb.exr" if rgb_twin else None, seconds_rgb=seconds_rgb)
+        seconds_rgb = (yield from _rgb_twin(task, outputs)) if rgb_twin else None
+    yield task.pace.progress("Putting the passes together")
+    start = time.perf_counter()
+    write_pictures(scene, folder, plan, render_steps(plan, samples), outputs, directory)
+    result = _result(task, plan, light, seconds_rgb, time.perf_counter() - start)
     height, width = read_pass(result.passes[0]).groups[WORLD].shape[:2]
     write_report(result, scene, (width, height))
     return result
@@ -202,55 +186,6 @@ def check_scene(scene: bpy.types.Scene, samples: int) -> None:
     check_textures(scene)
 
 
-# ---------------------------------------------------------------- what an earlier render left
-
-
-def render_fingerprint(
-    scene: bpy.types.Scene, planner: Planner, plan: PassPlan | None = None
-) -> dict[str, str]:
-    """What a render's steps are made from, a digest for each part."""
-    return {
-        "scene": scene_fingerprint(scene),
-        "light": light_fingerprint(planner.probe),
-        "samples": str(planner.samples),
-        "plan": planner.request.digest() if plan is None else repr(plan.wavelengths_nm.tolist()),
-        "Blender": bpy.app.version_string,
-    }
-
-
-def unfinished(scene: bpy.types.Scene, planner: Planner, directory: Path) -> str:
-    """Why passes of an unfinished render in a folder cannot simply be gone on with; empty where they can, or are none."""
-    try:
-        _open(directory, render_fingerprint(scene, planner), scene, "refuse", make=False)
-    except SceneChangedError as error:
-        return str(error)
-    return ""
-
-
-def _open(
-    directory: Path,
-    fingerprint: dict[str, str],
-    scene: bpy.types.Scene,
-    on_change: OnChange,
-    make: bool = True,
-) -> PassFolder:
-    """The folder of the passes: as an interrupted render left it, or a new one."""
-    layers = [layer.name for layer in enabled_layers(scene)]
-    earlier = open_pass_folder(directory / "passes")
-    if earlier is not None and earlier.finished and on_change != "restart":
-        changes = earlier.changes(fingerprint)
-        if on_change == "resume" or not changes:
-            if (directory / "plan.json").is_file():
-                return earlier
-        elif not (directory / REPORT_NAME).is_file():
-            named = " and ".join(", ".join(changes).rsplit(", ", 1))
-            raise SceneChangedError(
-                f"{directory} has {len(earlier.finished)} passes of an unfinished render, and since then its {named} "
-                "changed. Render anew (--restart), or use them as they are (--resume)."
-            )
-    return new_pass_folder(directory / "passes", fingerprint, layers) if make else PassFolder(directory, {})
-
-
 # ---------------------------------------------------------------- passes
 
 
@@ -282,7 +217,7 @@ def _render_steps(
 ) -> Job[None]:
     """Render the steps that are not finished yet."""
     if not kept:
-        save_plan(plan, task.directory / "plan.json")
+        save_plan(plan, task.directory / PLAN_NAME)
     task.warnings.extend([*materials.warnings, *_beyond(plan)])
     task.emitters.extend(materials.emitters)
     steps = render_steps(plan, task.samples)
@@ -320,7 +255,7 @@ def _beyond(plan: PassPlan) -> list[str]:
     return [note for note in plan.notes if "not reached" in note]
 
 
-def _rgb_twin(task: _Task) -> Job[float]:
+def _rgb_twin(task: _Task, outputs: OutputSettings) -> Job[float]:
     """Render the RGB twin with the same samples, write rgb.exr in the unit of image.exr, and return the seconds."""
     to_rec709 = working_to_rec709()
     world = panorama_rec709(task.probe)
@@ -335,65 +270,31 @@ def _rgb_twin(task: _Task) -> Job[float]:
             task.settings.set_samples(task.samples, 0, task.samples)
             task.render_to(path, [WORLD], False)
             folder.record(TWIN_STEP, time.perf_counter() - start, task.samples)
-    note = "scene-linear Rec.709 (D65), rendered in RGB, in the unit of image.exr"
-    for number, suffix in enumerate(_layer_suffixes(folder.view_layers)):
-        image = read_pass(path, number)
-        rgb = image.groups[WORLD] @ to_rec709.T.astype(np.float32) * level
-        write_channels(
-            task.directory / f"rgb{suffix}.exr", _rgb_channels(rgb) | _alpha(image), {"comments": note}
-        )
+    write_twin(folder, level, outputs, task.directory)
     return folder.finished[TWIN_STEP].seconds
 
 
 # ---------------------------------------------------------------- results
 
 
-def _assembled(task: _Task, plan: PassPlan, light: Light) -> SpectralRender:
-    """Put the steps of every view layer together."""
-    start = time.perf_counter()
-    folder, directory, steps = task.folder, task.directory, render_steps(plan, task.samples)
-    for number, suffix in enumerate(_layer_suffixes(folder.view_layers)):
-
-        def read(step: RenderStep, number: int = number) -> PassImage:
-            return read_pass(folder.path(step.name), number)
-
-        render = assemble(plan, steps, read)
-        alpha = {} if render.alpha is None else {"A": render.alpha}
-        xyz = dict(zip("XYZ", np.moveaxis(render.xyz, -1, 0), strict=True))
-        write_channels(directory / f"xyz{suffix}.exr", xyz, {"comments": XYZ_NOTE})
-        rgb = _rgb_channels(xyz_to_rec709(render.xyz))
-        write_channels(directory / f"image{suffix}.exr", rgb | alpha, {"comments": RGB_NOTE})
-        if render.swappable:
-            write_channels(directory / f"swappable{suffix}.exr", render.swappable)
+def _result(
+    task: _Task, plan: PassPlan, light: Light, seconds_rgb: float | None, seconds_assembly: float
+) -> SpectralRender:
+    folder, directory = task.folder, task.directory
+    steps = render_steps(plan, task.samples)
     return SpectralRender(
         xyz=directory / "xyz.exr",
         image=directory / "image.exr",
-        rgb=None,
+        rgb=directory / "rgb.exr" if seconds_rgb is not None else None,
         layers=folder.view_layers,
         passes=tuple(folder.path(step.name) for step in steps),
         plan=plan,
         samples=task.samples,
         seconds_spectral=sum(folder.finished[step.name].seconds for step in steps),
-        seconds_rgb=None,
-        seconds_assembly=time.perf_counter() - start,
+        seconds_rgb=seconds_rgb,
+        seconds_assembly=seconds_assembly,
         steps_kept=len(task.kept),
         device=device_name(task.scene),
         warnings=tuple(dict.fromkeys(task.warnings)),
         light_residual=light.residual,
     )
-
-
-def _layer_suffixes(names: tuple[str, ...]) -> list[str]:
-    """What tells the files of the view layers apart: nothing for the first, the layer's name for the others."""
-    cleaned = [bpy.path.clean_name(name) for name in names]
-    return ["", *(f"_{name}" if cleaned.count(name) == 1 else f"_{name}_{number}"
-                  for number, name in enumerate(cleaned[1:], start=2))]  # fmt: skip
-
-
-def _rgb_channels(rgb: Array) -> dict[str, Array]:
-    return dict(zip("RGB", np.moveaxis(rgb, -1, 0), strict=True))
-
-
-def _alpha(image: PassImage) -> dict[str, Array]:
-    """The alpha channel of a pass, if it has one (transparent film)."""
-    return {} if image.alpha is None else {"A": image.alpha}

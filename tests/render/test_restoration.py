@@ -169,7 +169,7 @@ def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, tmp_path
     job = bridge.spectral_render(furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=3)
     for _ in range(3):
         next(job)
-    monkeypatch.setattr(bridge, "_rgb_channels", None)  # an error no one foresaw
+    monkeypatch.setattr(bridge, "sequence_samples", None)  # an error no one foresaw
     with pytest.raises(TypeError):
         for _ in job:
             pass
