@@ -23,7 +23,7 @@ import numpy as np
 from mathutils import Vector
 from metals_reference import ROOT, core, differences, load_extension, write_preview
 
-PANES = ("red_copper_ruby", "yellow_silver_stain", "green_chromium_param")
+PANES = ("copper-ruby", "silver-stain", "chromium-green")
 PATTERN_PX = 64
 
 type Array = np.ndarray[Any, Any]
