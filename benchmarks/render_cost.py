@@ -26,7 +26,8 @@ from typing import Any
 
 import bpy
 import numpy as np
-from metals_reference import ROOT, core, load_extension, write_preview
+from extension import ROOT, core, load_extension
+from pictures import write_preview, write_sheet
 from stained_glass import room, sky
 
 GYM_WIDTH = 1024
@@ -147,8 +148,10 @@ def measured(name: str, options: argparse.Namespace) -> dict[str, Any]:
         }
         result["noise"] = noise_figures(rendered, converged)
         pictures |= {f"{kind}_converged": xyz for kind, xyz in converged.items()}
+    scale = 1.0 / np.percentile(rendered["spectral"][..., 1], 95)
+    write_sheet(folder / "sheet.png", pictures, scale)
     for kind, xyz in pictures.items():
-        write_preview(folder / f"{kind}.png", xyz, 1.0 / np.percentile(xyz[..., 1], 95))
+        write_preview(folder / f"{kind}.png", xyz, scale)
     plan = json.loads((folder / "spectral" / "report.json").read_text("utf-8"))
     return {**result, "passes": plan["passes"], "predicted_de2000": plan["predicted_de2000"]}
 

@@ -20,8 +20,9 @@ from typing import Any
 
 import bpy
 import numpy as np
+from extension import ROOT, core, load_extension
 from mathutils import Vector
-from metals_reference import ROOT, core, differences, load_extension, write_preview
+from pictures import differences, write_preview, write_sheet
 
 PANES = ("copper-ruby", "silver-stain", "chromium-green")
 PATTERN_PX = 64
@@ -215,6 +216,7 @@ def main() -> None:
     scale = 1.0 / np.percentile(rendered["all"][..., 1], 95)
     for name, xyz in rendered.items():
         write_preview(options.output / f"{name}.png", xyz, scale)
+    write_sheet(options.output / "sheet.png", rendered, scale)
     results["default against all 61"] = differences(rendered["default"], rendered["all"])
     results["rgb against all 61"] = differences(rendered["rgb"], rendered["all"])
     text = json.dumps(results, indent=2) + "\n"

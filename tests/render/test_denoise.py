@@ -49,25 +49,3 @@ def test_the_scene_decides_unless_asked(scene, denoise):
     scene.cycles.use_denoising = False
     assert not denoise.wants_denoising(scene, None)
     assert denoise.wants_denoising(scene, True)
-
-
-@pytest.mark.usefixtures("scene")
-def test_files_are_in_the_working_space_and_only_pictures_are_denoised(extension, tmp_path):
-    core = extension("spectral_probe.render.outputs")
-    plan = extension("spectral_probe.render.plan").reference_plan()
-    noisy = np.random.default_rng(1).gamma(16, 1 / 16, (40, 48, 1)) * [0.95, 1.0, 1.09]
-    render = extension("spectral_probe.render.assemble").AssembledRender(
-        noisy.astype(np.float32), bands_nm=plan.grid_nm, bands=np.ones((61, 40, 48), np.float32)
-    )
-    bpy.ops.wm.set_working_color_space(working_space="ACEScg")
-    files = extension("operators.bridge.outputs").write_render(
-        tmp_path, plan, render, core.OutputSettings(), denoise=True, suffix="_far"
-    )
-    assert files["image"].name == "image_far.exr"
-    read = extension("spectral_probe.commands").read_xyz
-    np.testing.assert_array_equal(read(files["xyz"]), render.xyz)
-    assert read(files["image"])[..., 1].std() < 0.5 * noisy[..., 1].std()
-    assert read(files["image"])[..., 1].mean() == pytest.approx(noisy[..., 1].mean(), rel=0.02)
-    _, header = extension("spectral_probe.files.image_exr").read_channels(files["image"])
-    assert "ACEScg" in header["comments"]
-    assert "denoised" in header["comments"]
