@@ -43,7 +43,8 @@ class AssembledRender:
     alpha
         (H, W) float32, None with an opaque film.
     guide
-        (H, W, F) features of the first pass, None where there are none.
+        (H, W, F) features of the first pass, None where there are none; where every pass has them, the albedo (the first
+        three) is that of all wavelengths, in X, Y, Z relative to a perfect white in equal-energy light.
     bands_nm, bands
         (N,) wavelengths that were asked for and (N, H, W) float32 spectral radiance per nm at them.
     swappable
@@ -102,8 +103,10 @@ def assemble(
     moved: FloatArray | None = None
     swappable: dict[str, FloatArray] = {}
     first: Transport | None = None
+    colours = _GuideColours(plan)
     for transport in transports(plan, steps, read):
         first = first or transport
+        colours.add(transport)
         for group, image in transport.groups.items():
             spectra = _spectra_of(plan, transport.pass_number, group)
             total = _added(total, image, _coefficients(spectra, rows))
@@ -121,7 +124,7 @@ def assemble(
     return AssembledRender(
         xyz=np.ascontiguousarray(np.moveaxis(total[:3], 0, -1)),
         alpha=first.alpha,
-        guide=first.guide,
+        guide=colours.of(first.guide),
         bands_nm=wanted_nm,
         bands=total[3:] if len(wanted_nm) else None,
         swappable=swappable,
@@ -175,6 +178,7 @@ def transports(plan: PassPlan, steps: Sequence[RenderStep], read: ReadStep) -> I
             yield Transport(
                 number,
                 {group: filters[group].transport(image, low.guide) for group, image in low.groups.items()},
+                guide=low.guide,
             )
 
 
@@ -262,6 +266,33 @@ def _added(total: FloatArray | None, image: FloatArray, coefficients: FloatArray
         for channel in np.flatnonzero(weights):
             total[row] += weights[channel] * image[..., channel]
     return total
+
+
+class _GuideColours:
+    """The albedo of the features in colour: each light-basis pass shows it at one wavelength."""
+
+    def __init__(self, plan: PassPlan) -> None:
+        self._weights = plan.interpolation
+        self._missing = {p for p in range(plan.passes) if plan.light_sets[p] == 0}
+        self._albedo: FloatArray | None = None
+
+    def add(self, transport: Transport) -> None:
+        """Take a pass's albedo into account."""
+        if transport.guide is None or self._weights is None or transport.pass_number not in self._missing:
+            return
+        self._missing.remove(transport.pass_number)
+        weights = spectra_to_xyz(
+            np.stack([self._weights[transport.pass_number], np.ones(len(self._weights[0]))])
+        )
+        grey = transport.guide[..., :3].mean(-1, keepdims=True)
+        part = grey * (weights[0] / weights[1]).astype(np.float32)
+        self._albedo = part if self._albedo is None else self._albedo + part
+
+    def of(self, guide: FloatArray | None) -> FloatArray | None:
+        """The features with their albedo in colour, if all passes had it."""
+        if guide is None or self._albedo is None or self._missing:
+            return guide
+        return np.concatenate([np.clip(self._albedo, 0.0, 1.0), guide[..., 3:]], axis=-1)
 
 
 def _swappable_channels(plan: PassPlan) -> dict[tuple[int, str], list[tuple[int, int]]]:

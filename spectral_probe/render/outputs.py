@@ -82,13 +82,14 @@ def write_outputs(
     *,
     space: WorkingSpace | None = None,
     denoised_xyz: FloatArray | None = None,
+    suffix: str = "",
 ) -> dict[str, Path]:
     """Write the files of a render.
 
     Parameters
     ----------
     directory
-        Where to write; of one view layer.
+        Where to write.
     plan
         The plan that was rendered.
     assembled
@@ -99,6 +100,8 @@ def write_outputs(
         The file's working space; None is Rec.709.
     denoised_xyz
         (H, W, 3) tristimulus values for the pictures, where they were denoised.
+    suffix
+        What tells the files of a further view layer apart: `xyz_SUFFIX.exr` where it is "_SUFFIX".
 
     Returns
     -------
@@ -120,7 +123,7 @@ def write_outputs(
     header = picture_header(space, settings.white, "from XYZ as in xyz.exr without normalisation")
     if denoised_xyz is not None:
         header["comments"] += "; denoised by Open Image Denoise"
-    files = {name: Path(directory) / f"{name}.exr" for name in ("xyz", "image", "render")}
+    files = {name: Path(directory) / f"{name}{suffix}.exr" for name in ("xyz", "image", "render")}
     write_channels(files["xyz"], xyz_planes | alpha, {"comments": XYZ_NOTE})
     write_channels(files["image"], rgb_planes, header)
     bands = dict(zip(assembled.bands_nm.tolist(), assembled.bands, strict=True))
@@ -131,10 +134,10 @@ def write_outputs(
         header | EMISSIVE_HEADER | {"comments": f"X, Y, Z: {XYZ_NOTE}. R, G, B: {header['comments']}"},
     )
     if settings.spectral:
-        files["spectral"] = Path(directory) / "spectral.exr"
+        files["spectral"] = Path(directory) / f"spectral{suffix}.exr"
         _write_spectrum(files["spectral"], bands, rgb_planes, header)
     if assembled.swappable:
-        files["swappable"] = Path(directory) / "swappable.exr"
+        files["swappable"] = Path(directory) / f"swappable{suffix}.exr"
         write_channels(
             files["swappable"], assembled.swappable, {"compression": OpenEXR.NO_COMPRESSION}
         )  # read in a hurry

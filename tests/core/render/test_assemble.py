@@ -163,3 +163,18 @@ def test_missing_and_unfit_steps_are_named() -> None:
         assemble(plan, STEPS, cropped)
     with pytest.raises(RenderError, match="not in the plan"):
         assemble(plan, STEPS, with_lamps)
+
+
+@pytest.mark.parametrize("everywhere", [True, False])
+def test_the_guide_has_the_colour_of_all_passes(everywhere: bool) -> None:
+    def read(step: RenderStep) -> PassImage:
+        guide = np.zeros((6, 8, 7), np.float32)
+        guide[..., :3], guide[..., 5] = TRANSPORT[step.pass_number], 1.0
+        return PassImage(flat(step).groups, guide=guide if everywhere or step.guide else None)
+
+    assembled = assemble(light_basis_plan(), STEPS, read)
+    assert assembled.guide is not None
+    reflectance = np.interp(WAVELENGTHS_NM, NODES_NM, [0.2, 0.5, 0.8])
+    colour = spectra_to_xyz(reflectance) / spectra_to_xyz(np.ones(61)) if everywhere else [0.5] * 3
+    np.testing.assert_allclose(assembled.guide[2, 3, :3], colour, rtol=1e-5)
+    assert assembled.guide[2, 3, 5] == 1.0
