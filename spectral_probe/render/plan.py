@@ -29,7 +29,7 @@ from ..render_model import EmissionGroup, LightSet, PassPlan, SwappableLayer
 from ..spectra.colorimetry import colour_matching_functions, illuminant
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM
 from .interpolation import NodeChoice, lab_metric, second_moment
-from .light_samples import random_picture
+from .light_samples import largest_error, random_picture
 from .light_sets import light_rank
 from .plan_file import describe, load_plan, save_plan
 from .quadrature import fitted_quadrature
@@ -111,8 +111,8 @@ def make_plan(
         Number of wavelengths of every light set; "all" for the 61-wavelength reference; None for as few as keep the largest
         predicted error within the bound, of the kind that costs least.
     max_de2000
-        The bound. The error is the largest of `light_samples.PIXELS` random pixels, each light of luminance 1, exposed as
-        `compare` exposes a picture: of a picture like these about one pixel in 2000 is worse.
+        The bound on the largest predicted error, which 99 of 100 random pixels are within (`light_samples.largest_error`): each
+        light has luminance 1, and the picture is exposed as `compare` exposes one.
     emission
         Light groups beside the world.
     full_samples
@@ -241,7 +241,7 @@ class _Chain:
     def smallest_sizes(self, max_de2000: float) -> list[int]:
         """Numbers of wavelengths of the sets, as small as keep the largest error within the bound, or the best there are."""
         sizes = [FEWEST_PASSES] * len(self.sets)
-        best, best_error = list(sizes), float(self.errors(sizes).max())
+        best, best_error = list(sizes), largest_error(self.errors(sizes))
         while best_error > max_de2000:
             # A set is judged with the others at all wavelengths, or the worst would hide what a better one gains.
             alone = [self._alone(number, size) for number, size in enumerate(sizes)]
@@ -254,7 +254,7 @@ class _Chain:
             sizes[worst] = next(
                 (size for size in larger if self._alone(worst, size) < alone[worst]), MOST_PASSES
             )
-            error = float(self.errors(sizes).max())
+            error = largest_error(self.errors(sizes))
             if error < best_error:
                 best, best_error = list(sizes), error
             if min(sizes) == MOST_PASSES:
@@ -264,8 +264,8 @@ class _Chain:
     def _alone(self, number: int, size: int) -> float:
         """The largest error with so many wavelengths of one set, and all of the others."""
         everywhere = len(WAVELENGTHS_NM)
-        return float(
-            self.errors([size if other == number else everywhere for other in range(len(self.sets))]).max()
+        return largest_error(
+            self.errors([size if other == number else everywhere for other in range(len(self.sets))])
         )
 
 
@@ -296,7 +296,7 @@ def _light_basis(chain: _Chain, sizes: Sequence[int], full_samples: bool, sample
         light_sets=tuple(number for number, _, _ in rows),
         interpolation=np.stack([weight for _, _, weight in rows]),
         emission=chain.emission,
-        predicted_de2000=(float(errors.mean()), float(errors.max())),
+        predicted_de2000=(float(errors.mean()), largest_error(errors)),
         predicted_cost=float(np.maximum(np.round(np.array(shares) * samples), 1).sum() / samples),
         swappable=_swappable_layers(chain.sets),
     )
