@@ -20,7 +20,8 @@ from . import region_properties, swap_properties
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
 from .library_pickers import ball_materials, camera_names
-from .material_properties import SPECTRAL_PROBE_PG_material
+from .material_properties import SPECTRAL_PROBE_PG_light, SPECTRAL_PROBE_PG_material
+from .output_properties import SPECTRAL_PROBE_PG_output
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
     SPECTRAL_PROBE_PG_probe,
@@ -302,6 +303,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         default=True,
     )
     render_directory: folder_path("Folder", "Where the render is written", "//spectral_probe/render/")
+    output: PointerProperty(type=SPECTRAL_PROBE_PG_output)
     render: PointerProperty(type=SPECTRAL_PROBE_PG_render)
     comparison_blur_px: FloatProperty(
         name="Blur",
@@ -321,6 +323,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_view,
         SPECTRAL_PROBE_PG_camera,
         SPECTRAL_PROBE_PG_probe,
+        SPECTRAL_PROBE_PG_output,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_comparison,
         SPECTRAL_PROBE_PG_spectrum,
@@ -328,6 +331,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         *swap_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
+        SPECTRAL_PROBE_PG_light,
         SPECTRAL_PROBE_PG_progress,
     )
 )
@@ -340,6 +344,7 @@ def register() -> None:
     bpy.types.Material.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_material, name="Spectral Probe"
     )
+    bpy.types.Light.spectral_probe = PointerProperty(type=SPECTRAL_PROBE_PG_light, name="Spectral Probe")
     bpy.types.WindowManager.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
     )
@@ -348,6 +353,7 @@ def register() -> None:
 def unregister() -> None:
     """Detach them."""
     del bpy.types.WindowManager.spectral_probe
+    del bpy.types.Light.spectral_probe
     del bpy.types.Material.spectral_probe
     del bpy.types.Scene.spectral_probe
     _unregister_classes()
