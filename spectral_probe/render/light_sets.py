@@ -42,6 +42,7 @@ one of those costs a sixteenth of a render, a further set ten times as much."""
 
 _REPRESENTATIVES = 4000
 _ROUNDS = 12
+_STARTS = 8
 _SEED = 11
 
 _RANK_TOLERANCE = 1e-3
@@ -138,7 +139,7 @@ def _fixed_sets(
         return (_black(panorama),)
     own = panorama if mask.all() else of_directions(panorama, mask)
     trial = _Trial(own, reflectances)
-    components = [strongest_components(trial.moment(np.ones(len(trial.seen), bool)))]
+    components = [strongest_components(trial.unit.T @ trial.unit)]
     best, best_error = components, trial.error(components)
     while best_error > bound and len(components) < MOST_SETS:
         components = trial.one_more(components)
@@ -201,11 +202,6 @@ class _Trial:
             first += length
         return total
 
-    def moment(self, group: BoolArray) -> FloatArray:
-        """Second moment (L, L) of the directions of a group, each of luminance 1."""
-        chosen = self.unit[group]
-        return np.asarray(chosen.T @ chosen)
-
     def error(self, components: Sequence[FloatArray]) -> float:
         """The largest error of the pixels where each direction's light is held by the group that holds it best."""
         group = _lost(self.seen, components).argmin(-1)
@@ -216,20 +212,38 @@ class _Trial:
         return largest_error(exposed_errors(self.exact_xyz, self._xyz(held)))
 
     def one_more(self, components: Sequence[FloatArray]) -> list[FloatArray]:
-        """Components of one more group, started from the worst held directions, after some rounds of assigning and fitting."""
-        lost = _lost(self.seen, components).min(-1)
-        found = [*components, strongest_components(self.moment(lost >= np.quantile(lost, 0.9)))]
-        before = np.full(len(lost), -1)
-        for _ in range(_ROUNDS):
-            group = _lost(self.seen, found).argmin(-1)
-            if np.array_equal(group, before):
-                break
-            before = group
-            found = [
-                strongest_components(self.moment(group == number)) if (group == number).any() else component
-                for number, component in enumerate(found)
-            ]
+        """Components of one more group, the best of some starts from badly held directions and those like them."""
+        generator = np.random.default_rng(_SEED)
+        few = slice(None, None, max(1, len(self.seen) // _REPRESENTATIVES))
+        seen, unit = self.seen[few], self.unit[few]
+        lost = _lost(seen, components).min(-1)
+        normal = seen / np.linalg.norm(seen, axis=-1, keepdims=True)
+        found, found_loss = list(components), np.inf
+        for start in generator.choice(len(seen), size=_STARTS, p=lost / lost.sum()).tolist():
+            nearest = np.argsort(normal @ normal[start])[-max(1, len(seen) // 20) :]
+            tried = [*components, strongest_components(unit[nearest].T @ unit[nearest])]
+            tried = _settled(seen, unit, tried)
+            loss = float(_lost(seen, tried).min(-1).sum())
+            if loss < found_loss:
+                found, found_loss = tried, loss
         return found
+
+
+def _settled(seen: FloatArray, unit: FloatArray, components: list[FloatArray]) -> list[FloatArray]:
+    """The groups' components after some rounds of assigning directions and fitting."""
+    before = np.full(len(seen), -1)
+    for _ in range(_ROUNDS):
+        group = _lost(seen, components).argmin(-1)
+        if np.array_equal(group, before):
+            break
+        before = group
+        components = [
+            strongest_components(unit[group == number].T @ unit[group == number])
+            if (group == number).any()
+            else component
+            for number, component in enumerate(components)
+        ]
+    return components
 
 
 def _lost(seen: FloatArray, components: Sequence[FloatArray]) -> FloatArray:
