@@ -152,6 +152,17 @@ def radiance(scene: Any, extension: Any, tmp_path: Path) -> Callable[..., Any]:
     return render
 
 
+@pytest.fixture
+def render_groups(scene: Any, tmp_path: Path) -> Callable[[], dict[str, Any]]:
+    """Render with settings of spectral passes; the image and light groups by name."""
+
+    def render() -> dict[str, Any]:
+        _plain_settings(scene, 4)
+        return _render_groups(scene, tmp_path)
+
+    return render
+
+
 def _plain_settings(scene: Any, samples: int) -> None:
     """What spectral passes set: nothing that biases."""
     cycles = scene.cycles
