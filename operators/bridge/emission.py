@@ -2,8 +2,8 @@
 
 In a light-basis pass the Rec.709 channels of an emission colour are the weights of three illuminant spectra, and a measured lamp
 has a channel of its own: its luminance is that of its colour, times its strength. Light groups keep these apart from the world's
-layers. In a wavelength pass the channels hold the light at three wavelengths. Values are divided by the level of the passes,
-spectra are multiplied by it.
+layers. In a wavelength pass the channels hold the light at three wavelengths. Values are divided by the level of the passes, so
+that a lamp is as bright beside the world's layers as it is in the scene, and spectra are multiplied by it.
 """
 
 from collections.abc import Callable, Sequence
@@ -262,7 +262,7 @@ class Emission:
         """The light groups of light-basis passes; none without emission, or where channels are wavelengths."""
         if not self.translation.one_wavelength or not self.sources:
             return ()
-        level = self.translation.level
+        level = self.translation.rgb_level
         groups = []
         if RGB_GROUP in self.object_groups.values():
             groups.append(EmissionGroup(RGB_GROUP, rgb_illuminants() * level))
@@ -302,7 +302,7 @@ class Emission:
             return rgb_rows(self.translation, rgb_illuminants(), wavelengths_nm)
         one = self.translation.one_wavelength
         channels = np.eye(3)[self.channels[name]] if one else at(wavelengths_nm, self._spectra[name])
-        return np.outer(channels, LUMINANCE) / self.translation.level
+        return np.outer(channels, LUMINANCE) / (self.translation.rgb_level if one else self.translation.level)
 
     def _group(self, name: str) -> bpy.types.NodeTree:
         """Node group from a colour of the working space to the channels of a pass, for one spectrum or for RGB."""
@@ -352,7 +352,7 @@ def set_light(translation: Translation, setter: Setter) -> None:
 def rgb_rows(translation: Translation, spectra: Array, wavelengths_nm: Array) -> Array:
     """(3, 3) from a Rec.709 colour to the channels of a pass, for light that is a sum of three spectra (3, 61)."""
     if translation.one_wavelength:
-        return np.eye(3) / translation.level
+        return np.eye(3) / translation.rgb_level
     return np.stack([at(wavelengths_nm, spectrum) for spectrum in spectra], -1) / translation.level
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.render_model import WORLD, LightLayers
-from ...spectral_probe.spectra.emission import rgb_daylights, rgb_illuminants
+from ...spectral_probe.spectra.emission import radiance_of_unit_luminance, rgb_daylights, rgb_illuminants
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
 from .emission import is_dark, light_group, rgb_rows, set_light
 from .restore import changed, remove
@@ -30,7 +30,8 @@ _MAP_HEIGHT = 4
 class OwnWorld:
     """A world's copy that can be set to wavelengths.
 
-    `spectra` (3, 61) are those of the channels of a light-basis pass, times its level; `warnings` name what is not exact.
+    `spectra` (3, 61) are those of the channels of a light-basis pass, times its level; `level` is what a wavelength pass's
+    radiances per nm were divided by; `warnings` name what is not exact.
     """
 
     spectra: Array
@@ -43,6 +44,11 @@ class OwnWorld:
             setter(np.asarray(wavelengths_nm, float))
 
     @property
+    def level(self) -> float:
+        """Radiance per nm that is 1 in the passes."""
+        return self.translation.level
+
+    @property
     def layers(self) -> LightLayers:
         """For the plan: the three spectra, each from some direction and in all mixtures."""
         weights = np.zeros((_MAP_HEIGHT, 2 * _MAP_HEIGHT, 3), np.float32)
@@ -53,7 +59,7 @@ class OwnWorld:
 
 @contextmanager
 def own_world_light(
-    scene: bpy.types.Scene, *, one_wavelength: bool, level: float = 1.0
+    scene: bpy.types.Scene, *, one_wavelength: bool, level: float | None = None
 ) -> Iterator[OwnWorld]:
     """Light the scene with its own world while the block runs, translated for passes of either kind.
 
@@ -64,7 +70,7 @@ def own_world_light(
     one_wavelength
         The passes are light-basis passes: channels hold the Rec.709 channels of the world.
     level
-        What light is divided by: in a light-basis pass a Rec.709 value, in a wavelength pass a radiance per nm.
+        Radiance per nm that is 1 in the passes; by default that of light of Rec.709 value 1.
 
     Raises
     ------
@@ -81,10 +87,12 @@ def own_world_light(
         stack.callback(remove, world)
         world.animation_data_clear()
         world.lightgroup = WORLD
-        translation = Translation(one_wavelength, level, stack)
+        translation = Translation(one_wavelength, level or radiance_of_unit_luminance(), stack)
         spectra = _translate(translation, f'World "{own.name}"', own_trees(world.node_tree, stack))
         stack.enter_context(changed(scene, world=world))
-        yield OwnWorld(spectra * level, list(dict.fromkeys(translation.warnings)), translation)
+        yield OwnWorld(
+            spectra * translation.rgb_level, list(dict.fromkeys(translation.warnings)), translation
+        )
 
 
 def _translate(translation: Translation, label: str, trees: list[bpy.types.NodeTree]) -> Array:

@@ -113,7 +113,7 @@ def radiance(scene: Any, extension: Any, tmp_path: Path) -> Callable[..., Any]:
         kind: str = "light-basis",
         world: Any = None,
         samples: int = 8,
-        level: float = 2.5,
+        level: float = 0.03,
         emission: bool = True,
     ) -> Any:
         one = kind == "light-basis"

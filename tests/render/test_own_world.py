@@ -18,7 +18,7 @@ def world(scene):
 def rendered(scene, extension, render_groups):
     """Spectral radiance (M, H, W) of the scene in the light of its own world."""
 
-    def render(kind, level=1.7):
+    def render(kind, level=0.03):
         own_world_light = extension("operators.bridge.own_world").own_world_light
         one = kind == "light-basis"
         triples = [np.full(3, nm) for nm in NM] if one else np.reshape(NM, (-1, 3))
