@@ -134,7 +134,7 @@ def temporary_light(scene: bpy.types.Scene, height: int, width: int) -> Iterator
     """Light the scene with an image while the block runs; yields the function that sets its pixels (H, W, 3).
 
     The pixels reach Cycles as they are, in whatever working space. Rotation, strength and ray visibility are those of the
-    scene's own world.
+    scene's own world; it is in the light group `WORLD`.
     """
     own = scene.world
     rotation, strength = placement(own)
