@@ -106,7 +106,7 @@ def main() -> None:
     scene, probe = build_scene(description, options.output), panorama(description)
     reference = read_reference(options.folder, tuple(description["size"]))
 
-    in_cycles(scene, probe, options.output / "warm_up", 1, None)  # loads Cycles' kernels and our data
+    in_cycles(scene, probe, options.output / "warm_up", 1, 3)  # loads Cycles' kernels and our data
     ours, seconds = in_cycles(scene, probe, options.output / "spectral", options.samples, None)
     python, output = options.mitsuba_python, options.output
     theirs = in_mitsuba(python, described, output / "mitsuba.npz", "--seconds", f"{seconds:.3f}")

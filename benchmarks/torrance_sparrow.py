@@ -3,11 +3,11 @@
     .venv/bin/python benchmarks/torrance_sparrow.py [-o out/] [--size 96] [--samples 128]
 
 A ball fills the picture, seen without perspective, lit by a smooth light and by a dim room with five lamps of 6 to 12 degrees
-radius. Its lobe has the albedo 0.8 times that of gold at every gamma, nothing else reflects. Cycles renders all 61
-wavelengths. Stated by rings of viewing angle: Cycles' mean luminance over the paper's, less one; over the ball: RMS difference
-of luminance over its mean, and dE2000 (both images blurred by 1 pixel, D65 white at the 95th percentile of the paper's image).
-The last column is the Beckmann lobe's own residual (`render.beckmann`). The picture has the paper's balls above Cycles' of
-each light, gamma from left to right.
+radius. Its lobe has the albedo 0.8 times that of gold at every gamma, nothing else reflects. Both take twelve wavelengths, 410
+to 685 nm. Stated by rings of viewing angle: Cycles' mean luminance over the paper's, less one; over the ball: RMS difference of
+luminance over its mean, and dE2000 (both images blurred by 1 pixel, D65 white at the 95th percentile of the paper's image). The
+last column is the Beckmann lobe's own residual (`render.beckmann`). The picture has the paper's balls above Cycles' of each
+light, gamma from left to right.
 """
 
 from __future__ import annotations
@@ -32,6 +32,23 @@ LAMPS = ((200, 45, 9, 20), (130, 20, 6, 30), (250, -20, 12, 8), (60, 30, 8, 25),
 """Lamps of the spotty light: bearing, elevation and radius in degrees, weight."""
 
 type Array = np.ndarray[Any, Any]
+
+
+def plan() -> Any:
+    """Four passes of three wavelengths; each stands for five samples of the spectrum."""
+    grid = np.arange(400.0, 701.0, 5.0)
+    index = np.arange(2, 61, 5).reshape(3, 4).T
+    reconstruction = np.zeros((4, 3, 61))
+    reconstruction[(*np.indices(index.shape), index)] = 5.0
+    return core("spectral_probe.render_model").PassPlan(
+        kind="wavelength",
+        wavelengths_nm=grid[index],
+        reconstruction=reconstruction,
+        grid_nm=grid,
+        sample_shares=np.ones(4),
+        references=(0, 1, 2, 3),
+        light_sets=(0,) * 4,
+    )
 
 
 def light(kind: str, height: int = 128) -> Any:
@@ -83,7 +100,7 @@ def in_cycles(
     ball.data.materials.append(nodes.torrance_sparrow_material("Surface", metal="Au", **parameters))
     shutil.rmtree(folder, ignore_errors=True)  # finished passes would be taken over
     job = core("operators.bridge.cycles").spectral_render(
-        scene, panorama, None, folder, samples=samples, passes="all", rgb_twin=False
+        scene, panorama, plan(), folder, samples=samples, rgb_twin=False
     )
     result = core("spectral_probe.model").finish(job)
     return core("spectral_probe.files.image_exr").read_rgb(result.xyz, ("X", "Y", "Z"))
@@ -121,10 +138,8 @@ def main() -> None:
     options = parser.parse_args()
     load_extension()
     options.output.mkdir(parents=True, exist_ok=True)
-    reference, to_xyz = (
-        core("spectral_probe.render.torrance_sparrow"),
-        core("spectral_probe.spectra.colorimetry"),
-    )
+    reference = core("spectral_probe.render.torrance_sparrow")
+    colorimetry = core("spectral_probe.spectra.colorimetry")
     scene = build_scene(options.size)
     results: dict[str, Any] = {}
     rows = []
@@ -134,7 +149,8 @@ def main() -> None:
             gamma = math.radians(gamma_deg)
             lobe = {"beta": ALBEDO * math.log(2.0) / (4.0 * math.pi * gamma**2), "gamma_rad": gamma}
             surface = reference.TorranceSparrowSurface.metal("Au", **lobe)
-            paper = to_xyz.spectra_to_xyz(reference.sphere_image(panorama, surface, options.size).radiance)
+            radiance = reference.sphere_image(panorama, surface, options.size).radiance
+            paper = colorimetry.spectra_to_xyz(radiance * plan().reconstruction.sum((0, 1)))
             cycles = in_cycles(scene, panorama, options.output / "render", options.samples, **lobe)
             fit = core("spectral_probe.render.beckmann").beckmann_alpha(gamma)
             name = f"{kind}, gamma {gamma_deg:g}"
