@@ -70,16 +70,30 @@ def glass_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, ty
     return [name for name in GLASSES if typed.casefold() in name.casefold()]
 
 
+def clear_material_names(
+    _group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str
+) -> Candidates:
+    """Clear materials known by name, then pages of refractiveindex.info."""
+    from .spectral_probe.spectra.dispersion import CLEAR_PAGES
+
+    return [*_matching(CLEAR_PAGES.items(), typed), *_pages(typed)]
+
+
 def _metals(typed: str) -> Candidates:
     from .spectral_probe.spectra.metals import METAL_NAMES, METAL_PAGES
-    from .spectral_probe.spectra.refractive import ENGLISH, search_pages
 
     named = [
         (word, METAL_PAGES[symbol]) for symbol, word in METAL_NAMES.items() if word.lower() != symbol.lower()
     ]
-    known = _matching([*METAL_PAGES.items(), *named], typed)
+    return [*_matching([*METAL_PAGES.items(), *named], typed), *_pages(typed)]
+
+
+def _pages(typed: str) -> Candidates:
+    """Pages of refractiveindex.info."""
+    from .spectral_probe.spectra.refractive import ENGLISH, search_pages
+
     if len(typed.strip()) < _FEWEST_LETTERS:
-        return known
+        return []
     pages = [
         (
             f"{ENGLISH[page.book]}: {page.name}" if page.book in ENGLISH else page.name,
@@ -87,7 +101,7 @@ def _metals(typed: str) -> Candidates:
         )
         for page in search_pages(typed.split())
     ]
-    return [*known, *pages][:_MOST]
+    return pages[:_MOST]
 
 
 def _matching(candidates: Iterable[tuple[str, str]], typed: str) -> Candidates:

@@ -16,11 +16,12 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import region_properties
+from . import region_properties, swap_properties
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
 from .library_pickers import ball_materials, camera_names
-from .material_properties import SPECTRAL_PROBE_PG_material
+from .material_properties import SPECTRAL_PROBE_PG_light, SPECTRAL_PROBE_PG_material
+from .output_properties import SPECTRAL_PROBE_PG_output
 from .result_properties import (
     SPECTRAL_PROBE_PG_comparison,
     SPECTRAL_PROBE_PG_probe,
@@ -272,6 +273,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     spectrum: PointerProperty(type=SPECTRAL_PROBE_PG_spectrum)
     region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
     edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
+    swap: PointerProperty(type=swap_properties.SPECTRAL_PROBE_PG_swap)
+    planned: PointerProperty(type=swap_properties.SPECTRAL_PROBE_PG_plan)
 
     plan: EnumProperty(
         name="Passes",
@@ -300,6 +303,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         default=True,
     )
     render_directory: folder_path("Folder", "Where the render is written", "//spectral_probe/render/")
+    output: PointerProperty(type=SPECTRAL_PROBE_PG_output)
     render: PointerProperty(type=SPECTRAL_PROBE_PG_render)
     comparison_blur_px: FloatProperty(
         name="Blur",
@@ -319,12 +323,15 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_view,
         SPECTRAL_PROBE_PG_camera,
         SPECTRAL_PROBE_PG_probe,
+        SPECTRAL_PROBE_PG_output,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_comparison,
         SPECTRAL_PROBE_PG_spectrum,
         *region_properties.CLASSES,
+        *swap_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
+        SPECTRAL_PROBE_PG_light,
         SPECTRAL_PROBE_PG_progress,
     )
 )
@@ -337,6 +344,7 @@ def register() -> None:
     bpy.types.Material.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_material, name="Spectral Probe"
     )
+    bpy.types.Light.spectral_probe = PointerProperty(type=SPECTRAL_PROBE_PG_light, name="Spectral Probe")
     bpy.types.WindowManager.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
     )
@@ -345,6 +353,7 @@ def register() -> None:
 def unregister() -> None:
     """Detach them."""
     del bpy.types.WindowManager.spectral_probe
+    del bpy.types.Light.spectral_probe
     del bpy.types.Material.spectral_probe
     del bpy.types.Scene.spectral_probe
     _unregister_classes()

@@ -8,6 +8,7 @@ from .add_mask import SPECTRAL_PROBE_OT_add_mask
 from .add_object import SPECTRAL_PROBE_OT_add_object
 from .add_own_light import SPECTRAL_PROBE_OT_add_own_light, SPECTRAL_PROBE_OT_remove_own_light
 from .add_region_light import SPECTRAL_PROBE_OT_add_region_light, SPECTRAL_PROBE_OT_remove_region_light
+from .add_swappable import SPECTRAL_PROBE_OT_add_swappable, SPECTRAL_PROBE_OT_remove_swappable
 from .add_torrance_sparrow import SPECTRAL_PROBE_OT_add_torrance_sparrow
 from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
 from .build_probe import SPECTRAL_PROBE_OT_build_probe
@@ -16,6 +17,7 @@ from .compare import SPECTRAL_PROBE_OT_compare
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
+from .plan_render import SPECTRAL_PROBE_OT_plan_render
 from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
 from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
 from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
@@ -25,6 +27,7 @@ from .show_basis import SPECTRAL_PROBE_OT_show_basis
 from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
 from .show_sensitivities import SPECTRAL_PROBE_OT_show_sensitivities
 from .show_spectrum import SPECTRAL_PROBE_OT_show_spectrum
+from .swap_light import SPECTRAL_PROBE_OT_swap_light
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
@@ -52,7 +55,11 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_light_world,
         SPECTRAL_PROBE_OT_add_object,
         SPECTRAL_PROBE_OT_add_torrance_sparrow,
+        SPECTRAL_PROBE_OT_add_swappable,
+        SPECTRAL_PROBE_OT_remove_swappable,
+        SPECTRAL_PROBE_OT_plan_render,
         SPECTRAL_PROBE_OT_render_spectral,
+        SPECTRAL_PROBE_OT_swap_light,
         SPECTRAL_PROBE_OT_compare,
     )
 )

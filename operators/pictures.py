@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 
 NAME_PREFIX = "Spectral Probe "
+RENDER_NAME = "Spectral Render"
 
 
 def show(path: Path, name: str) -> bpy.types.Image:
@@ -16,10 +17,28 @@ def show(path: Path, name: str) -> bpy.types.Image:
     An open image editor is used if there is one, else a new window; in background the picture is only loaded.
     """
     image = _loaded(path, NAME_PREFIX + name)
+    _show_soon(image)
+    return image
+
+
+def show_render(path: Path) -> bpy.types.Image:
+    """Load image.exr of a spectral render as the image "Spectral Render", in place of an earlier one, and show it.
+
+    It keeps its floats, is taken to be in the file's working space, and is shown under the scene's view transform, as
+    Blender's own Render Result is. It stays on disk: nothing is packed.
+    """
+    image = _loaded(path, RENDER_NAME)
+    image.colorspace_settings.name = bpy.data.colorspace.working_space
+    image.alpha_mode = "PREMUL"
+    image.use_view_as_render = True
+    _show_soon(image)
+    return image
+
+
+def _show_soon(image: bpy.types.Image) -> None:
     if not bpy.app.background:
         # Once, when the operator has ended: Blender does not expect a window to open within a modal operator.
         bpy.app.timers.register(partial(_shown, image.name), first_interval=0.0)
-    return image
 
 
 def _shown(name: str) -> None:

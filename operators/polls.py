@@ -60,6 +60,11 @@ def has_render(operator: OperatorClass, context: bpy.types.Context) -> bool:
     )
 
 
+def has_render_files(operator: OperatorClass, context: bpy.types.Context, name: str, message: str) -> bool:
+    """The folder of the render has a file; `message` says what to do where it has not."""
+    return _has_file(operator, context.scene.spectral_probe.render_directory, name, message)
+
+
 def in_object_mode(operator: OperatorClass, context: bpy.types.Context) -> bool:
     """Objects can be added."""
     if context.mode == "OBJECT":

@@ -11,6 +11,7 @@ import bpy
 
 if TYPE_CHECKING:
     from ..spectral_probe.editing import EditedLight
+    from ..spectral_probe.render_model import PassPlan
     from .bridge.cycles import SpectralRender
 
 
@@ -53,6 +54,18 @@ def keep_render(settings: bpy.types.PropertyGroup, result: SpectralRender) -> No
     kept.seconds = result.seconds_spectral
     kept.has_rgb = result.seconds_rgb is not None
     kept.rgb_seconds = result.seconds_rgb or 0.0
+
+
+def keep_plan(settings: bpy.types.PropertyGroup, plan: PassPlan) -> None:
+    """Keep what a plan predicts, before anything is rendered."""
+    from ..spectral_probe.render.plan import describe
+
+    kept = settings.planned
+    kept.kind = {"light-basis": "Light layers", "wavelength": "Wavelengths"}[plan.kind]
+    kept.passes = plan.passes
+    kept.mean_de2000, kept.max_de2000 = plan.predicted_de2000 or (0.0, 0.0)
+    kept.cost = plan.predicted_cost or 0.0
+    kept.text = "\n".join(describe(plan))
 
 
 def keep_comparison(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> None:

@@ -18,10 +18,11 @@ from .lists import (
     SPECTRAL_PROBE_UL_views,
 )
 from .main import SPECTRAL_PROBE_PT_main
-from .material import SPECTRAL_PROBE_PT_material
+from .material import SPECTRAL_PROBE_PT_light, SPECTRAL_PROBE_PT_material
 from .plots import SPECTRAL_PROBE_PT_plots
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
 from .render import SPECTRAL_PROBE_PT_compare, SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
+from .swap import SPECTRAL_PROBE_PT_swap, SPECTRAL_PROBE_UL_swappable
 from .torrance_sparrow import SPECTRAL_PROBE_PT_torrance_sparrow
 
 register, unregister = bpy.utils.register_classes_factory(
@@ -45,8 +46,11 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_world,
         SPECTRAL_PROBE_PT_objects,
         SPECTRAL_PROBE_PT_render,
+        SPECTRAL_PROBE_UL_swappable,
+        SPECTRAL_PROBE_PT_swap,
         SPECTRAL_PROBE_PT_compare,
         SPECTRAL_PROBE_PT_material,
+        SPECTRAL_PROBE_PT_light,
         SPECTRAL_PROBE_PT_torrance_sparrow,
     )
 )

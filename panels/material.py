@@ -1,11 +1,43 @@
-"""What a material is in spectral renders, in the material properties."""
+"""What materials and lamps are in spectral renders, in their properties."""
 
 from typing import ClassVar
 
 import bpy
 
 from .main import settings_layout
-from .render import draw_spectrum
+
+
+def draw_spectrum(column: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """The spectral settings of a material's surface: the kind, and what matters for it."""
+    settings = material.spectral_probe
+    column.prop(settings, "kind")
+    match settings.kind:
+        case "METAL":
+            column.prop(settings, "metal")
+        case "REFLECTANCE":
+            column.prop(settings, "reflectance_path", text="File")
+        case "GLASS":
+            column.prop(settings, "glass")
+            column.prop(settings, "glass_as")
+            if settings.glass_as == "BODY":
+                column.prop(settings, "glass_thickness")
+                column.prop(settings, "glass_with_surfaces")
+        case "DISPERSIVE":
+            column.prop(settings, "index_from")
+            if settings.index_from == "PAGE":
+                column.prop(settings, "clear_material")
+            elif settings.index_from == "CAUCHY":
+                column.prop(settings, "cauchy")
+            else:
+                column.prop(settings, "sellmeier_b")
+                column.prop(settings, "sellmeier_c")
+
+
+def draw_light(column: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
+    """The spectrum of a lamp or of what a material emits."""
+    column.prop(settings, "light")
+    if settings.light == "LAMP":
+        column.prop(settings, "lamp")
 
 
 class SPECTRAL_PROBE_PT_material(bpy.types.Panel):
@@ -24,4 +56,25 @@ class SPECTRAL_PROBE_PT_material(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw its settings."""
-        draw_spectrum(settings_layout(self.layout), context.material)
+        column = settings_layout(self.layout)
+        draw_spectrum(column, context.material)
+        draw_light(column, context.material.spectral_probe)
+
+
+class SPECTRAL_PROBE_PT_light(bpy.types.Panel):
+    """Spectral settings of the active lamp."""
+
+    bl_label = "Spectral Probe"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There must be a lamp."""
+        return context.light is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw its settings."""
+        draw_light(settings_layout(self.layout), context.light.spectral_probe)

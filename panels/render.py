@@ -3,6 +3,7 @@
 import bpy
 
 from .main import InSidebar, duration, job_button, results, row, settings_layout
+from .material import draw_spectrum
 
 
 class SPECTRAL_PROBE_PT_objects(InSidebar, bpy.types.Panel):
@@ -24,16 +25,6 @@ class SPECTRAL_PROBE_PT_objects(InSidebar, bpy.types.Panel):
             column = settings_layout(self.layout)
             column.label(text=material.name, icon="MATERIAL")
             draw_spectrum(column, material)
-
-
-def draw_spectrum(column: bpy.types.UILayout, material: bpy.types.Material) -> None:
-    """The spectral settings of a material."""
-    settings = material.spectral_probe
-    column.prop(settings, "kind")
-    if settings.kind == "METAL":
-        column.prop(settings, "metal")
-    if settings.kind == "REFLECTANCE":
-        column.prop(settings, "reflectance_path", text="File")
 
 
 class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):

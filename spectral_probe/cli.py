@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import cli_filter, cli_spectrum
+from . import cli_filter, cli_spectrum, cli_swap
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
 from .model import Job, Progress
@@ -57,6 +57,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         "probe": _probe,
         "spectrum": cli_spectrum.run,
         "filter": cli_filter.run,
+        "swap": cli_swap.run,
         "compare": _compare,
         "library": library,
         **(blender_verbs or {}),
@@ -159,6 +160,8 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--samples", type=_count, default=None, help="samples a pixel (default: the scene's)")
     render.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
     render.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
+
+    cli_swap.add_words(verb("swap", cli_swap.TEXT, cli_swap.EXAMPLE))
 
     compare = verb(
         "compare",

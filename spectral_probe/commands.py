@@ -25,8 +25,9 @@ from .geometry.calibration import write_calibration
 from .model import FloatArray, Job, Progress, part
 from .probe import build_probe, write_outputs
 from .render.compare import Comparison, compare_images, comparison_report, write_comparison
-from .spectra.colorimetry import illuminant, rec709_to_xyz, spectra_to_xyz
+from .spectra.colorimetry import illuminant, spectra_to_xyz
 from .spectra.grid import resampling_matrix
+from .spectra.working_space import space_of_header
 
 type Numbers = dict[str, Any]
 
@@ -104,7 +105,9 @@ def read_xyz(path: Path) -> FloatArray:
 
 
 def read_tristimulus(path: Path) -> TristimulusImage:
-    """Tristimulus values of an image: of X, Y, Z, of a spectral image, or of linear Rec.709 R, G, B.
+    """Tristimulus values of an image: of X, Y, Z, of a spectral image, or of scene-linear R, G, B.
+
+    R, G, B are in the space of the header's chromaticities, Rec.709 without them.
 
     A spectral image may have any wavelengths that cover 400-700 nm; what lies outside is cut. R, G, B beside a spectrum
     are its preview. Reflectances are taken under D65, a perfect diffuser having Y = 1.
@@ -135,7 +138,7 @@ def read_tristimulus(path: Path) -> TristimulusImage:
         )
         return TristimulusImage(image.spectra @ to_xyz, image.remarks + told)
     if all(name in channels for name in "RGB"):
-        return TristimulusImage(rec709_to_xyz(_three(channels, "RGB")))
+        return TristimulusImage(space_of_header(header, path.name).to_xyz(_three(channels, "RGB")))
     raise FileFormatError(
         f"{path.name} holds neither X, Y, Z nor R, G, B nor a spectrum. Give xyz.exr, image.exr or rgb.exr of a render."
     )

@@ -1,76 +1,59 @@
-"""The spectral render: one Cycles render per pass of a plan, with the scene as it was afterwards.
+"""The spectral render: the Cycles renders that a plan's steps ask for, with the scene as it was afterwards.
 
-What Cycles would add to or take from the light is off in the passes and in the RGB twin alike: clamping, filtered glossy
-rays, adaptive sampling and denoising bias a pass, each in its own way, and passes must add up. Lamps and emitting materials are
-not spectral yet: they are left out of both and named in `warnings`. Compositing and the sequencer are bypassed, and only the
-first enabled view layer is rendered.
+Every finished step is a file (`render.pass_folder`): a render that was stopped or killed goes on where it was, as long as
+the scene, the light and the settings are those it began with (`fingerprint`).
 """
 
-import json
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import bpy
 import numpy as np
 
 from ...spectral_probe.errors import RenderError
-from ...spectral_probe.files.atomic import written_whole
-from ...spectral_probe.files.image_exr import read_channels, read_rgb, write_channels
-from ...spectral_probe.model import Job, Progress, SpectralPanorama
-from ...spectral_probe.render.combine import combine_xyz
-from ...spectral_probe.render.plan import reference_plan, save_plan
-from ...spectral_probe.render_model import PassPlan
-from ...spectral_probe.spectra.colorimetry import xyz_to_rec709
-from .images import exr_renders
-from .light import LayerLight, WavelengthLight, panorama_rec709
-from .materials import rgb_materials, spectral_materials, working_to_rec709
-from .restore import changed, in_scene, refuse_linked, stand_in
+from ...spectral_probe.model import Job, SpectralPanorama
+from ...spectral_probe.render.outputs import OutputSettings
+from ...spectral_probe.render.pace import Pace, step_message
+from ...spectral_probe.render.pass_folder import PassFolder, read_pass, render_steps, sequence_samples
+from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
+from ...spectral_probe.render_model import WORLD, PassPlan
+from .assembling import TWIN_STEP, remove_pictures, write_pictures, write_twin
+from .light import LayerLight, WavelengthLight, light_level, panorama_rec709
+from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
+from .missing_files import check_textures
+from .pass_output import RenderTo, pass_output
+from .pass_settings import PassSettings, pass_settings
+from .planning import DEFAULT_MAX_DE2000, Passes, Planner, PlanRequest
+from .render_report import SpectralRender, device_name, write_report
+from .resuming import PLAN_NAME, OnChange, folder_of_steps, render_fingerprint
 from .world import temporary_light
 
 type Array = np.ndarray[Any, Any]
-
-XYZ_NOTE = (
-    "CIE 1931 2 degree tristimulus values: spectral radiance times colour-matching functions, summed over nm"
-)
-RGB_NOTE = "scene-linear Rec.709 (D65), from XYZ as in xyz.exr without normalisation"
-
-
-@dataclass(frozen=True)
-class SpectralRender:
-    """What a spectral render left in its folder.
-
-    `seconds_rgb` and `rgb` are None without the RGB twin. `light_residual` is the share of the panorama's energy that three
-    light layers do not hold (0 in a wavelength plan).
-    """
-
-    xyz: Path
-    image: Path
-    rgb: Path | None
-    passes: tuple[Path, ...]
-    plan: PassPlan
-    samples: int
-    seconds_spectral: float
-    seconds_rgb: float | None
-    device: str
-    warnings: tuple[str, ...]
-    light_residual: float
+type Light = LayerLight | WavelengthLight
 
 
 @dataclass(frozen=True)
 class _Task:
-    """What all steps of a render need; `warnings` grows."""
+    """What all parts of a render need; the lists and the pace grow.
+
+    `kept` are the steps of an earlier run, `emitters` what shines besides the world.
+    """
 
     scene: bpy.types.Scene
     probe: SpectralPanorama
     directory: Path
     samples: int
-    rgb_twin: bool
-    render_to: Callable[[Path], None]
+    settings: PassSettings
+    render_to: RenderTo
+    folder: PassFolder
+    pace: Pace
     warnings: list[str]
+    kept: list[str] = field(default_factory=list)
+    emitters: list[str] = field(default_factory=list)
 
 
 def spectral_render(
@@ -80,8 +63,14 @@ def spectral_render(
     directory: Path,
     *,
     samples: int,
-    passes: int | Literal["all"] | None = None,
+    passes: Passes = None,
+    max_de2000: float = DEFAULT_MAX_DE2000,
+    full_samples: bool = False,
+    swappable: Mapping[str, Array] | None = None,
     rgb_twin: bool = True,
+    outputs: OutputSettings | None = None,
+    on_change: OnChange = "refuse",
+    planner: Planner | None = None,
 ) -> Job[SpectralRender]:
     """Render a scene in the spectral light of a panorama.
 
@@ -95,14 +84,28 @@ def spectral_render(
         The passes; None makes a plan for this scene and this light. A light-basis plan must have been made for the
         layers of this panorama.
     directory
-        Where to write passes/, xyz.exr, image.exr, rgb.exr, plan.json and report.json.
+        Where to write passes/, the files of `render.outputs`, rgb.exr, plan.json and report.json. Finished passes of a stopped
+        render of the same scene in the same light are kept, and not rendered again.
     samples
         Samples per pixel of a full pass.
     passes
         Where `plan` is None: the number of light-basis passes, "all" for the 61-wavelength reference, or None (or 0) for
-        as few as predict a small colour error.
+        as few as keep the error bound.
+    max_de2000
+        The bound on the largest colour error that the plan may predict.
+    full_samples
+        Give all passes the same samples: none is estimated as a ratio of another.
+    swappable
+        Masks (H, W) of the panorama's regions whose light is to be exchanged after rendering, by name.
     rgb_twin
         Also render the scene in plain RGB, lit by the same panorama in Rec.709.
+    outputs
+        What is written besides xyz.exr, image.exr and render.exr, and how pictures are finished.
+    on_change
+        What to do with passes of an unfinished render of something else: "refuse" raises, "restart" renders anew,
+        "resume" takes them as they are, with their plan and samples.
+    planner
+        Makes the plan; frames of an animation share one. None makes one of the words above.
 
     Yields
     ------
@@ -116,41 +119,61 @@ def spectral_render(
     Raises
     ------
     RenderError
-        If the scene cannot be rendered as asked.
+        If the scene cannot be rendered as asked; a `resuming.SceneChangedError` if `on_change` has to be decided.
     """
-    _check(scene, samples)
+    check_scene(scene, samples)
     directory = Path(directory)
+    request = PlanRequest(passes, max_de2000, full_samples, swappable or {})
+    planner = planner or Planner(probe, request, samples)
+    outputs = outputs or OutputSettings()
+    folder = folder_of_steps(directory, render_fingerprint(scene, planner, plan), scene, on_change)
+    if folder.finished:
+        plan, samples = load_plan(directory / PLAN_NAME), int(folder.fingerprint["samples"])
+    remove_pictures(directory)
     with ExitStack() as stack:
-        warnings = _layer_warnings(scene)
-        render_to = stack.enter_context(_settings(scene))
-        warnings += stack.enter_context(_without_lamps(scene))
-        task = _Task(scene, probe, directory, samples, rgb_twin, render_to, warnings)
-        spectral = yield from _spectral_passes(task, plan, passes)
-        seconds_rgb = None
-        if rgb_twin:
-            yield Progress(spectral.plan.passes / (spectral.plan.passes + 1), "Rendering in RGB")
-            seconds_rgb = _rgb_twin(task)
-    result = replace(
-        spectral,
-        rgb=directory / "rgb.exr" if rgb_twin else None,
-        seconds_rgb=seconds_rgb,
-        warnings=tuple(dict.fromkeys(warnings)),
-    )
-    _write_report(result, scene, directory)
+        settings = stack.enter_context(pass_settings(scene))
+        render_to = stack.enter_context(pass_output(scene, settings.layers))
+        task = _Task(
+            scene, probe, directory, samples, settings, render_to, folder, Pace(1), list(settings.warnings)
+        )
+        yield task.pace.progress("Planning the passes")
+        plan, light = yield from _spectral_passes(task, plan, planner, rgb_twin)
+        seconds_rgb = (yield from _rgb_twin(task, outputs)) if rgb_twin else None
+    yield task.pace.progress("Putting the passes together")
+    start = time.perf_counter()
+    write_pictures(scene, folder, plan, render_steps(plan, samples), outputs, directory)
+    result = _result(task, plan, light, seconds_rgb, time.perf_counter() - start)
+    height, width = read_pass(result.passes[0]).groups[WORLD].shape[:2]
+    write_report(result, scene, (width, height))
     return result
 
 
 def scene_plan(
-    scene: bpy.types.Scene, probe: SpectralPanorama, passes: int | Literal["all"] | None = None
+    scene: bpy.types.Scene,
+    probe: SpectralPanorama,
+    passes: Passes = None,
+    *,
+    samples: int = 128,
+    max_de2000: float = DEFAULT_MAX_DE2000,
+    full_samples: bool = False,
+    swappable: Mapping[str, Array] | None = None,
 ) -> PassPlan:
-    """The plan that `spectral_render` makes for a scene and its light; see there for `passes`."""
+    """The plan that `spectral_render` makes for a scene and its light; see there for the words."""
     if passes == "all":
         return reference_plan()
-    with spectral_materials(scene, one_wavelength=True) as materials:
-        return LayerLight(probe, []).plan(_stacked(materials.spectra), passes)
+    planner = Planner(probe, PlanRequest(passes, max_de2000, full_samples, swappable or {}), samples)
+    with spectral_materials(scene, one_wavelength=True, level=light_level(probe)) as materials:
+        return planner.plan(materials)
 
 
-def _check(scene: bpy.types.Scene, samples: int) -> None:
+def check_scene(scene: bpy.types.Scene, samples: int) -> None:
+    """Refuse a scene that cannot be rendered spectrally.
+
+    Raises
+    ------
+    RenderError
+        If it is not rendered by Cycles, has no camera, or lacks the files of its textures.
+    """
     if scene.render.engine != "CYCLES":
         raise RenderError(
             f'Scene "{scene.name}" does not render with Cycles. Set Render Engine to Cycles: no other engine knows '
@@ -160,195 +183,118 @@ def _check(scene: bpy.types.Scene, samples: int) -> None:
         raise RenderError(f'Scene "{scene.name}" has no camera. Add one and make it the active camera.')
     if samples < 1:
         raise RenderError(f"{samples} samples were asked for; give at least 1.")
-
-
-# ---------------------------------------------------------------- the scene while it renders
-
-
-@contextmanager
-def _settings(scene: bpy.types.Scene) -> Iterator[Callable[[Path], None]]:
-    """Render settings of the passes: nothing that biases, one layer; yields the function that renders to a file."""
-    with ExitStack() as stack:
-        stack.enter_context(
-            changed(
-                scene.cycles,
-                sample_clamp_direct=0.0,
-                sample_clamp_indirect=0.0,
-                blur_glossy=0.0,
-                use_adaptive_sampling=False,
-                use_denoising=False,
-                use_fast_gi=False,
-                use_sample_subset=False,
-                time_limit=0.0,
-                film_exposure=1.0,
-                samples=scene.cycles.samples,
-            )
-        )
-        stack.enter_context(
-            changed(scene.render, use_persistent_data=True, use_multiview=False, use_stamp=False)
-        )
-        layer = _view_layer(scene)
-        stack.enter_context(changed(layer, samples=0, world_override=None))
-        yield stack.enter_context(exr_renders(scene, layer))
-
-
-@contextmanager
-def _without_lamps(scene: bpy.types.Scene) -> Iterator[list[str]]:
-    """The scene with dark lamps; yields warnings that name them."""
-    warnings: list[str] = []
-    with ExitStack() as stack:
-        lamps = in_scene(scene, bpy.data.lights)
-        for lamp in lamps:
-            dark = bpy.data.lights.new("Spectral Probe Dark", "POINT")
-            dark.energy = 0.0
-            stack.enter_context(stand_in(lamp, dark))
-            warnings.append(
-                f'Lamp "{lamp.name}" is not spectral yet and was left out, of the RGB render too.'
-            )
-        refuse_linked(scene, lamps, "Lamp")
-        yield warnings
-
-
-def _view_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
-    return next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
-
-
-def _layer_warnings(scene: bpy.types.Scene) -> list[str]:
-    rendered = _view_layer(scene)
-    return [
-        f'View layer "{layer.name}" was not rendered: a spectral render takes the first enabled layer only.'
-        for layer in scene.view_layers
-        if layer.use and layer != rendered
-    ]
+    check_textures(scene)
 
 
 # ---------------------------------------------------------------- passes
 
 
 def _spectral_passes(
-    task: _Task, plan: PassPlan | None, passes: int | Literal["all"] | None
-) -> Job[SpectralRender]:
-    """Render all passes and put them together."""
-    scene, directory = task.scene, task.directory
-    kind = plan.kind if plan else "wavelength" if passes == "all" else "light-basis"
-    with ExitStack() as stack:
-        materials = stack.enter_context(spectral_materials(scene, one_wavelength=kind == "light-basis"))
-        task.warnings.extend(materials.warnings)
-        yield Progress(0.0, "Planning the passes")
-        light = (LayerLight if kind == "light-basis" else WavelengthLight)(task.probe, task.warnings)
-        if plan is None:
-            plan = light.plan(_stacked(materials.spectra), passes)
-        plan = light.checked(plan)
-        save_plan(plan, directory / "plan.json")
-        set_light = stack.enter_context(temporary_light(scene, *task.probe.weights.shape[:2]))
-        paths = _pass_paths(directory, plan)
-        seconds = 0.0
-        for number, path in enumerate(paths):
-            wavelengths = plan.wavelengths_nm[number]
-            named = ", ".join(f"{nm:g}" for nm in dict.fromkeys(wavelengths))
-            message = f"Pass {number + 1} of {plan.passes}: {named} nm"
-            yield Progress(number / (plan.passes + task.rgb_twin), message)
+    task: _Task, plan: PassPlan | None, planner: Planner, rgb_twin: bool
+) -> Job[tuple[PassPlan, Light]]:
+    """Plan, and render all steps that are not finished."""
+    kept, level = bool(task.folder.finished), light_level(task.probe)
+    wavelength = plan.kind == "wavelength" if plan else planner.request.passes == "all"
+    light: Light
+    if not wavelength:
+        with spectral_materials(task.scene, one_wavelength=True, level=level) as materials:
+            plan = plan or planner.plan(materials)
+            if plan.kind == "light-basis":
+                light = LayerLight(planner.sets(materials))
+                plan = light.checked(plan)
+                yield from _render_steps(task, plan, light, materials, rgb_twin, kept)
+                return plan, light
+    with spectral_materials(task.scene, one_wavelength=False, level=level) as materials:
+        light = WavelengthLight(task.probe, task.warnings)
+        plan = plan or reference_plan()
+        plan = plan if kept else light.checked(plan)
+        yield from _render_steps(task, plan, light, materials, rgb_twin, kept)
+        return plan, light
+
+
+def _render_steps(
+    task: _Task, plan: PassPlan, light: Light, materials: SpectralMaterials, rgb_twin: bool, kept: bool
+) -> Job[None]:
+    """Render the steps that are not finished yet."""
+    if not kept:
+        save_plan(plan, task.directory / PLAN_NAME)
+    task.warnings.extend([*materials.warnings, *_beyond(plan)])
+    task.emitters.extend(materials.emitters)
+    steps = render_steps(plan, task.samples)
+    missing = [step for step in steps if not task.folder.holds(step.name)]
+    task.pace.total = sum(step.samples for step in steps) + rgb_twin * task.samples
+    task.pace.skip(sum(step.samples for step in steps if step not in missing))
+    task.kept.extend(step.name for step in steps if step not in missing)
+    if not missing:
+        return
+    lit: object = None
+    groups = [WORLD, *(group.name for group in plan.emission)]
+    with temporary_light(task.scene, *task.probe.weights.shape[:2]) as set_light:
+        for number, step in enumerate(steps):
+            if step not in missing:
+                continue
+            yield task.pace.progress(step_message(plan, steps, number, task.samples))
             start = time.perf_counter()
-            if number == 0 or kind == "wavelength":
-                set_light(light.pixels(wavelengths))
-            materials.set_wavelengths(wavelengths)
-            scene.cycles.samples = max(1, round(task.samples * float(plan.sample_shares[number])))
-            task.render_to(path)
-            seconds += time.perf_counter() - start
-
-    xyz = combine_xyz(plan, (read_rgb(path) for path in paths))
-    _write_image(directory / "xyz.exr", dict(zip("XYZ", np.moveaxis(xyz, -1, 0), strict=True)), XYZ_NOTE)
-    _write_image(directory / "image.exr", _rgb_channels(xyz_to_rec709(xyz)) | _alpha(paths[0]), RGB_NOTE)
-    return SpectralRender(
-        xyz=directory / "xyz.exr",
-        image=directory / "image.exr",
-        rgb=None,
-        passes=paths,
-        plan=plan,
-        samples=task.samples,
-        seconds_spectral=seconds,
-        seconds_rgb=None,
-        device=_device(scene),
-        warnings=(),
-        light_residual=light.residual,
-    )
+            first_set = plan.light_sets[step.pass_number] == 0
+            if (wanted := light.key(plan, step.pass_number)) != lit:
+                set_light(light.pixels(plan, step.pass_number))
+                materials.shine(first_set)
+                lit = wanted
+            materials.set_wavelengths(plan.wavelengths_nm[step.pass_number])
+            task.settings.set_samples(
+                sequence_samples(plan, task.samples, step), step.first_sample, step.samples
+            )
+            task.render_to(task.folder.path(step.name), groups if first_set else [WORLD], step.guide)
+            seconds = time.perf_counter() - start
+            task.folder.record(step.name, seconds, step.samples)
+            task.pace.add(step.samples, seconds)
 
 
-def _pass_paths(directory: Path, plan: PassPlan) -> tuple[Path, ...]:
-    """Files of the passes; those of an earlier render are removed first, lest the two be mixed."""
-    for stale in (directory / "passes").glob("pass_*.exr"):
-        stale.unlink()
-    for name in ("report.json", "xyz.exr", "image.exr", "rgb.exr"):
-        (directory / name).unlink(missing_ok=True)
-    return tuple(directory / "passes" / f"pass_{number:02d}.exr" for number in range(plan.passes))
+def _beyond(plan: PassPlan) -> list[str]:
+    """The plan's own sentences that warn."""
+    return [note for note in plan.notes if "not reached" in note]
 
 
-def _rgb_twin(task: _Task) -> float:
-    """Render the RGB twin, write rgb.exr in the unit of image.exr, and return the seconds."""
+def _rgb_twin(task: _Task, outputs: OutputSettings) -> Job[float]:
+    """Render the RGB twin with the same samples, write rgb.exr in the unit of image.exr, and return the seconds."""
     to_rec709 = working_to_rec709()
     world = panorama_rec709(task.probe)
-    level = float(world.mean())
-    path = task.directory / "passes" / "rgb.exr"  # in the working space and at the level of the passes
-    with rgb_materials(task.scene), temporary_light(task.scene, *world.shape[:2]) as set_light:
-        start = time.perf_counter()
-        set_light(world @ np.linalg.inv(to_rec709).T / level)
-        task.scene.cycles.samples = task.samples
-        task.render_to(path)
-        seconds = time.perf_counter() - start
-    rgb = read_rgb(path) @ to_rec709.T.astype(np.float32) * level
-    note = "scene-linear Rec.709 (D65), rendered in RGB, in the unit of image.exr"
-    _write_image(task.directory / "rgb.exr", _rgb_channels(rgb) | _alpha(path), note)
-    path.unlink()
-    return seconds
+    level = 1.0 if task.emitters else float(world.mean())  # lamps shine as the user set them
+    folder = task.folder
+    path = folder.path(TWIN_STEP)  # in the working space and at the level of the passes
+    if not folder.holds(TWIN_STEP):
+        yield task.pace.progress("Rendering in RGB")
+        with rgb_materials(task.scene), temporary_light(task.scene, *world.shape[:2]) as set_light:
+            start = time.perf_counter()
+            set_light(world @ np.linalg.inv(to_rec709).T / level)
+            task.settings.set_samples(task.samples, 0, task.samples)
+            task.render_to(path, [WORLD], False)
+            folder.record(TWIN_STEP, time.perf_counter() - start, task.samples)
+    write_twin(folder, level, outputs, task.directory)
+    return folder.finished[TWIN_STEP].seconds
 
 
 # ---------------------------------------------------------------- results
 
 
-def _stacked(spectra: list[Array]) -> Array:
-    return np.concatenate(spectra) if spectra else np.ones((1, 61))
-
-
-def _rgb_channels(rgb: Array) -> dict[str, Array]:
-    return dict(zip("RGB", np.moveaxis(rgb, -1, 0), strict=True))
-
-
-def _alpha(path: Path) -> dict[str, Array]:
-    """The alpha channel of a pass, if it has one (transparent film)."""
-    channels, _ = read_channels(path)
-    return {"A": channels["A"]} if "A" in channels else {}
-
-
-def _write_image(path: Path, channels: dict[str, Array], note: str) -> None:
-    write_channels(path, channels, {"comments": note})
-
-
-def _device(scene: bpy.types.Scene) -> str:
-    if scene.cycles.device == "CPU":
-        return "CPU"
-    cycles = bpy.context.preferences.addons["cycles"].preferences
-    names = [device.name for device in cycles.devices if device.use]
-    return f"{cycles.compute_device_type}: {', '.join(names)}" if names else "CPU"
-
-
-def _write_report(result: SpectralRender, scene: bpy.types.Scene, directory: Path) -> None:
-    """Write report.json, last of all files: where it is, the render is complete."""
-    render = scene.render
-    report = {
-        "seconds": {"spectral": result.seconds_spectral, "rgb": result.seconds_rgb},
-        "kind": result.plan.kind,
-        "passes": result.plan.passes,
-        "wavelengths_nm": result.plan.wavelengths_nm.tolist(),
-        "predicted_de2000": result.plan.predicted_de2000,
-        "light_residual": result.light_residual,
-        "samples": result.samples,
-        "resolution": [render.resolution_x * render.resolution_percentage // 100,
-                       render.resolution_y * render.resolution_percentage // 100],
-        "frame": scene.frame_current,
-        "scene": scene.name,
-        "device": result.device,
-        "blender": bpy.app.version_string,
-        "warnings": list(result.warnings),
-    }  # fmt: skip
-    with written_whole(directory / "report.json") as temporary:
-        temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+def _result(
+    task: _Task, plan: PassPlan, light: Light, seconds_rgb: float | None, seconds_assembly: float
+) -> SpectralRender:
+    folder, directory = task.folder, task.directory
+    steps = render_steps(plan, task.samples)
+    return SpectralRender(
+        xyz=directory / "xyz.exr",
+        image=directory / "image.exr",
+        rgb=directory / "rgb.exr" if seconds_rgb is not None else None,
+        layers=folder.view_layers,
+        passes=tuple(folder.path(step.name) for step in steps),
+        plan=plan,
+        samples=task.samples,
+        seconds_spectral=sum(folder.finished[step.name].seconds for step in steps),
+        seconds_rgb=seconds_rgb,
+        seconds_assembly=seconds_assembly,
+        steps_kept=len(task.kept),
+        device=device_name(task.scene),
+        warnings=tuple(dict.fromkeys(task.warnings)),
+        light_residual=light.residual,
+    )

@@ -45,14 +45,30 @@ def own_trees(root: bpy.types.NodeTree, stack: ExitStack) -> list[bpy.types.Node
 
 
 def shaders(trees: list[bpy.types.NodeTree]) -> list[tuple[bpy.types.NodeTree, bpy.types.Node]]:
-    """All nodes that make a shader, as (tree, node)."""
+    """All nodes that make a shader and lead to an output of their tree, as (tree, node)."""
     return [
         (tree, node)
         for tree in trees
-        for node in tree.nodes
+        for node in leading_to_output(tree)
         if node.type not in {"GROUP", "GROUP_INPUT", "REROUTE"}
         and any(o.type == "SHADER" for o in node.outputs)
     ]
+
+
+def leading_to_output(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
+    """The nodes that an output of the tree depends on, the outputs among them."""
+    found = [node for node in tree.nodes if node.type == "GROUP_OUTPUT" and node.is_active_output]
+    output = tree.get_output_node("CYCLES")
+    if output is not None:
+        found.append(output)
+    seen = set(found)
+    for node in found:  # grows while it is walked
+        for socket in node.inputs:
+            link = link_of(socket)
+            if link is not None and link.from_node not in seen:
+                seen.add(link.from_node)
+                found.append(link.from_node)
+    return found
 
 
 def link_of(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:

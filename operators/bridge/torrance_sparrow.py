@@ -21,7 +21,16 @@ from ...spectral_probe.render.beckmann import WIDEST_GAMMA_RAD
 from .materials import metal_colours
 
 GROUP_NAME = "Torrance-Sparrow"
-INPUTS = ("Diffuse Color", "Metal Color", "Metal Edge Tint", "Alpha", "Beta", "Beta Mirror", "Gamma", "Normal")
+INPUTS = (
+    "Diffuse Color",
+    "Metal Color",
+    "Metal Edge Tint",
+    "Alpha",
+    "Beta",
+    "Beta Mirror",
+    "Gamma",
+    "Normal",
+)
 """Inputs of the group by name."""
 
 _OURS = "spectral_probe_torrance_sparrow"

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ...spectral_probe.errors import FileFormatError
+from ...spectral_probe.render_model import WORLD
 from .restore import changed, remove
 
 ROTATION_NODE = "Spectral Probe Rotation"
@@ -133,7 +134,7 @@ def temporary_light(scene: bpy.types.Scene, height: int, width: int) -> Iterator
     """Light the scene with an image while the block runs; yields the function that sets its pixels (H, W, 3).
 
     The pixels reach Cycles as they are, in whatever working space. Rotation, strength and ray visibility are those of the
-    scene's own world.
+    scene's own world; it is in the light group `WORLD`.
     """
     own = scene.world
     rotation, strength = placement(own)
@@ -147,6 +148,7 @@ def temporary_light(scene: bpy.types.Scene, height: int, width: int) -> Iterator
         stack.callback(remove, world)
         world.animation_data_clear()
         world.node_tree.animation_data_clear()
+        world.lightgroup = WORLD
         _build(world, image, rotation, strength)
         if world.cycles.sampling_method == "AUTOMATIC":
             # By itself Cycles makes an importance map of half a million directions, in over a second, at every new light.

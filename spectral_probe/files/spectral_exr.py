@@ -32,6 +32,13 @@ KEPT_ATTRIBUTES = (
 )
 """Header attributes of the layout. `lensTransmission` and `cameraResponse` are spectra as text (`spectrum_of_text`)."""
 
+EMISSIVE_HEADER = {
+    "spectralLayoutVersion": "1.0",
+    "polarisationHandedness": "right",
+    "emissiveUnits": "W.m^-2.sr^-1.nm^-1",
+}
+"""Header attributes that make channels such as `S0.550,000000nm` of a larger file a spectral image."""
+
 _UNITS = {"emissive": ("emissiveUnits", "W.m^-2.sr^-1.nm^-1"), "reflective": ("reflectiveUnits", "1")}
 _HALF_LIMIT = 6.0e4
 

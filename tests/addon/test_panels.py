@@ -5,7 +5,7 @@ import pytest
 
 PANELS = (
     "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "region_lights", "calibration", "world",
-    "objects", "render", "compare",
+    "objects", "render", "swap", "compare",
 )  # fmt: skip
 
 
@@ -53,6 +53,16 @@ def filled(settings):
     shown.gfc, shown.relative_rmse, shown.de2000_light = 0.99996, 0.0312, 1.234
     settings.render.passes, settings.render.samples = 5, 64
     settings.render.seconds, settings.render.has_rgb, settings.render.rgb_seconds = 75.0, True, 12.0
+    settings.swap.items.add().name = "window"
+    settings.swap.lights, settings.swap.light = "window\tas rendered\ndesk\tlamp FL11", "window"
+    planned = settings.planned
+    planned.kind, planned.passes, planned.cost, planned.text = (
+        "Light layers",
+        5,
+        1.25,
+        "5 passes.\nWavelengths.",
+    )
+    planned.mean_de2000, planned.max_de2000 = 0.06, 0.45
     settings.comparison.directory, settings.comparison.mean_de2000 = "/render/comparison", 1.234
     return settings
 
@@ -80,6 +90,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("world", ["light_world"]),
         ("objects", ["add_object", "add_object", "add_object"]),
         ("render", ["render_spectral"]),
+        ("swap", ["add_swappable", "remove_swappable", "swap_light"]),
         ("compare", ["compare"]),
     ],
 )

@@ -24,7 +24,9 @@ def test_the_object_gets_what_the_function_makes(cube, in_extension):
     material = cube.active_material
     assert (material.spectral_probe.kind, material.spectral_probe.metal) == ("METAL", "Cu")
     values = {s.name: s.default_value for s in group_node(material).inputs}
-    assert [values[n] for n in ("Alpha", "Beta", "Beta Mirror", "Gamma")] == pytest.approx([0.1, 3.0, 0.2, 0.3])
+    assert [values[n] for n in ("Alpha", "Beta", "Beta Mirror", "Gamma")] == pytest.approx(
+        [0.1, 3.0, 0.2, 0.3]
+    )
     copper, _ = in_extension("operators.bridge.materials").metal_colours("Cu")
     assert list(values["Metal Color"])[:3] == pytest.approx(list(copper))
 

@@ -94,3 +94,81 @@ def ball():
         return material
 
     return add
+
+
+GRID_NM = np.arange(400.0, 701.0, 5.0)
+
+
+@pytest.fixture
+def radiance(scene: Any, extension: Any, tmp_path: Path) -> Callable[..., Any]:
+    """Spectral radiance (M, H, W) of the scene at wavelengths, by passes of either kind, without a plan; and the warnings.
+
+    The world is dark, or of one spectrum (61,) from everywhere. `light_sets` 0 leaves the emission out.
+    """
+    spectral_materials = extension("operators.bridge.materials").spectral_materials
+    temporary_light = extension("operators.bridge.world").temporary_light
+
+    def render(
+        wavelengths_nm: Any,
+        kind: str = "light-basis",
+        world: Any = None,
+        samples: int = 8,
+        level: float = 2.5,
+        emission: bool = True,
+    ) -> Any:
+        one = kind == "light-basis"
+        nm = np.asarray(wavelengths_nm, float)
+        triples = [np.full(3, w) for w in nm] if one else list(nm.reshape(-1, 3))
+        _plain_settings(scene, samples)
+        world = np.zeros(61) if world is None else np.asarray(world, float)
+        images: list[Any] = []
+        with (
+            spectral_materials(scene, one_wavelength=one, level=level) as materials,
+            temporary_light(scene, 8, 16) as set_light,
+        ):
+            if not emission:
+                materials.shine(False)
+            for triple in triples:
+                materials.set_wavelengths(triple)
+                light = np.array([np.interp(w, GRID_NM, world) for w in triple]) / level
+                set_light(
+                    np.broadcast_to(
+                        np.array([1.0, 0.0, 0.0]) * bool(world.any()) if one else light, (8, 16, 3)
+                    )
+                )
+                groups = _render_groups(scene, tmp_path)
+                if not one:
+                    images.extend(np.moveaxis(groups["Combined"], -1, 0) * level)
+                    continue
+                at = {
+                    g.name: [np.interp(triple[0], GRID_NM, s) for s in g.spectra] for g in materials.emission
+                }
+                total = groups["Combined_world" if materials.emission else "Combined"][..., 0] * np.interp(
+                    triple[0], GRID_NM, world
+                )
+                images.append(total + sum(groups[f"Combined_{name}"] @ np.array(s) for name, s in at.items()))
+            return np.stack(images), materials.warnings
+
+    return render
+
+
+def _plain_settings(scene: Any, samples: int) -> None:
+    """What spectral passes set: nothing that biases."""
+    cycles = scene.cycles
+    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = samples, False, False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
+
+
+def _render_groups(scene: Any, directory: Path) -> dict[str, Any]:
+    """Render the scene: (H, W, 3) of the image, "Combined", and of every light group."""
+    import OpenEXR
+
+    image, path = scene.render.image_settings, directory / "groups.exr"
+    image.media_type = "MULTI_LAYER_IMAGE"
+    image.file_format, image.color_depth, image.use_exr_interleave = "OPEN_EXR_MULTILAYER", "32", True
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    channels = OpenEXR.File(str(path), separate_channels=True).channels()
+    layer = scene.view_layers[0].name
+    names = {name.split(".")[1] for name in channels if name.startswith(f"{layer}.Combined")}
+    return {name: np.stack([channels[f"{layer}.{name}.{c}"].pixels for c in "RGB"], -1) for name in names}

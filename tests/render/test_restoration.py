@@ -58,16 +58,29 @@ def everything(scene):
     ]
     data = [(type(o.data).__name__, o.data.as_pointer()) if o.data else None for o in scene.objects]
     return {
-        "scene": dump(scene),
+        # Blender counts a scene's users once too often for every Render Layers node made, and anew on opening a file.
+        "scene": {**dump(scene), "users": None},
         "world": dump(scene.world) if scene.world else None,
         "materials": materials,
         "groups": [dump(g) for g in bpy.data.node_groups],
         "objects": objects,
         "data": data,
         "datablocks": sorted(
-            (type(d).__name__, d.name, d.users) for collection in collections() for d in collection
+            (type(d).__name__, d.name, None if d == scene else d.users)
+            for collection in collections()
+            for d in collection
         ),
     }
+
+
+def differences(before, after, path=""):
+    """Where two dumps differ, as readable lines."""
+    if isinstance(before, dict) and isinstance(after, dict) and before.keys() == after.keys():
+        return [line for key in before for line in differences(before[key], after[key], f"{path}.{key}")]
+    if isinstance(before, list | tuple) and isinstance(after, list | tuple) and len(before) == len(after):
+        pairs = enumerate(zip(before, after, strict=True))
+        return [line for number, pair in pairs for line in differences(*pair, f"{path}[{number}]")]
+    return [] if before == after else [f"{path}: {str(before)[:200]} became {str(after)[:200]}"]
 
 
 def collections():
@@ -147,11 +160,8 @@ def test_after_success(furnished, bridge, extension, uniform_light, tmp_path, pa
         furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=passes, rgb_twin=passes == 3
     )
     result = extension("spectral_probe.model").finish(job)
-    assert everything(furnished) == before
-    named = " ".join(result.warnings)
-    assert 'Lamp "Lamp"' in named
-    assert 'Material "Grouped" emits light' in named
-    assert 'View layer "Other"' in named
+    assert differences(before, everything(furnished)) == []
+    assert [layer.name for layer in furnished.view_layers] == list(result.layers)
 
 
 def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, tmp_path, monkeypatch):
@@ -159,11 +169,11 @@ def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, tmp_path
     job = bridge.spectral_render(furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=3)
     for _ in range(3):
         next(job)
-    monkeypatch.setattr(bridge, "_rgb_channels", None)  # an error no one foresaw
+    monkeypatch.setattr(bridge, "sequence_samples", None)  # an error no one foresaw
     with pytest.raises(TypeError):
         for _ in job:
             pass
-    assert everything(furnished) == before
+    assert differences(before, everything(furnished)) == []
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3])
@@ -173,5 +183,5 @@ def test_after_closing_early(furnished, bridge, uniform_light, tmp_path, steps):
     for _ in range(steps):
         next(job)
     job.close()
-    assert everything(furnished) == before
+    assert differences(before, everything(furnished)) == []
     assert not (tmp_path / "image.exr").exists()

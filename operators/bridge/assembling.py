@@ -1,0 +1,84 @@
+"""Finished steps of a spectral render put together into its files, for every view layer."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...spectral_probe.render.assemble import assemble
+from ...spectral_probe.render.outputs import OutputSettings, bands_wanted, write_outputs, write_rgb_twin
+from ...spectral_probe.render.pass_folder import PassFolder, read_pass
+from ...spectral_probe.render_model import WORLD, PassImage, PassPlan, RenderStep
+from ...spectral_probe.spectra.working_space import working_space
+from .denoise import denoised, wants_denoising
+from .translation import working_to_rec709
+
+type Array = np.ndarray[Any, Any]
+
+TWIN_STEP = "rgb"
+_STALE = (
+    "report.json",
+    "xyz*.exr",
+    "image*.exr",
+    "render*.exr",
+    "spectral*.exr",
+    "swappable*.exr",
+    "rgb*.exr",
+)
+
+
+def remove_pictures(directory: Path) -> None:
+    """Remove the files of an earlier render, lest they be taken for those of this one."""
+    for pattern in _STALE:
+        for stale in directory.glob(pattern):
+            stale.unlink()
+
+
+def write_pictures(
+    scene: bpy.types.Scene,
+    folder: PassFolder,
+    plan: PassPlan,
+    steps: Sequence[RenderStep],
+    settings: OutputSettings,
+    directory: Path,
+) -> None:
+    """Put the steps of every view layer together and write the files of `render.outputs`.
+
+    Those of the first view layer have their plain names; those of others the layer's name after an underscore.
+    """
+    space = working_space(working_to_rec709())
+    for number, suffix in enumerate(layer_suffixes(folder.view_layers)):
+        assembled = assemble(plan, steps, _reader(folder, number), bands_nm=bands_wanted(plan, settings))
+        smooth = None
+        if wants_denoising(scene, settings.denoise):
+            smooth = denoised(assembled.xyz, assembled.guide)
+        with TemporaryDirectory(prefix=".writing-", dir=directory) as temporary:
+            files = write_outputs(
+                Path(temporary), plan, assembled, settings, space=space, denoised_xyz=smooth
+            )
+            for path in files.values():
+                path.replace(directory / f"{path.stem}{suffix}{path.suffix}")
+
+
+def write_twin(folder: PassFolder, level: float, settings: OutputSettings, directory: Path) -> None:
+    """Write rgb.exr of every view layer in the unit of image.exr; the twin was rendered at the level of its light."""
+    to_rec709 = working_to_rec709()
+    space = working_space(to_rec709)
+    for number, suffix in enumerate(layer_suffixes(folder.view_layers)):
+        image = read_pass(folder.path(TWIN_STEP), number)
+        rgb = image.groups[WORLD] @ to_rec709.T.astype(np.float32) * level
+        write_rgb_twin(directory / f"rgb{suffix}.exr", rgb, image.alpha, settings, space)
+
+
+def layer_suffixes(names: Sequence[str]) -> list[str]:
+    """What tells the files of view layers apart: nothing for the first, the layer's name for the others."""
+    cleaned = [bpy.path.clean_name(name) for name in names]
+    numbered = enumerate(cleaned[1:], start=2)
+    return ["", *(f"_{name}" if cleaned.count(name) == 1 else f"_{name}_{n}" for n, name in numbered)]
+
+
+def _reader(folder: PassFolder, layer: int) -> Callable[[RenderStep], PassImage]:
+    return lambda step: read_pass(folder.path(step.name), layer)

@@ -1,0 +1,101 @@
+"""The plan of a scene's spectral render: from its materials, its lamps and the panorama that lights it."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from ...spectral_probe.model import SpectralPanorama
+from ...spectral_probe.render.light_sets import light_sets
+from ...spectral_probe.render.plan import make_plan
+from ...spectral_probe.render_model import LightSet, PassPlan
+from .materials import SpectralMaterials
+
+type Array = np.ndarray[Any, Any]
+type Passes = int | Literal["all"] | None
+
+DEFAULT_MAX_DE2000 = 0.5
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """What a plan is asked to be.
+
+    Parameters
+    ----------
+    passes
+        The number of wavelengths, "all" for the 61-wavelength reference, or None for as few as keep the error bound.
+    max_de2000
+        The bound on the largest predicted colour error.
+    full_samples
+        All passes take the same samples; none is estimated as a ratio of another.
+    swappable
+        Masks (H, W) of the panorama's regions whose light is to be exchanged after rendering, by name.
+    """
+
+    passes: Passes = None
+    max_de2000: float = DEFAULT_MAX_DE2000
+    full_samples: bool = False
+    swappable: Mapping[str, Array] = field(default_factory=dict)
+
+    def digest(self) -> str:
+        """What tells this request from another."""
+        words = repr((self.passes or None, self.max_de2000, self.full_samples, sorted(self.swappable)))
+        masks = (np.packbits(self.swappable[name]).tobytes() for name in sorted(self.swappable))
+        return _digest(words.encode(), *masks)
+
+
+@dataclass
+class Planner:
+    """Makes plans for scenes in one light, and keeps each as long as materials and lamps stay as they are."""
+
+    probe: SpectralPanorama
+    request: PlanRequest
+    samples: int
+    _plans: dict[str, PassPlan] = field(default_factory=dict)
+    _sets: dict[str, tuple[LightSet, ...]] = field(default_factory=dict)
+
+    def sets(self, materials: SpectralMaterials) -> tuple[LightSet, ...]:
+        """The light sets for a scene's materials."""
+        reflectances = _stacked(materials)
+        key = _digest(reflectances.tobytes())
+        if key not in self._sets:
+            self._sets[key] = light_sets(
+                self.probe,
+                swappable=self.request.swappable,
+                reflectances=reflectances,
+                max_de2000=self.request.max_de2000,
+            )
+        return self._sets[key]
+
+    def plan(self, materials: SpectralMaterials) -> PassPlan:
+        """The plan for a scene's materials and lamps."""
+        reflectances = _stacked(materials)
+        emission = materials.emission
+        key = _digest(reflectances.tobytes(), repr(materials.dispersive).encode(),
+                      *(group.spectra.tobytes() for group in emission))  # fmt: skip
+        if key not in self._plans:
+            self._plans[key] = make_plan(
+                self.sets(materials),
+                self.probe,
+                reflectances,
+                passes=self.request.passes or None,
+                max_de2000=self.request.max_de2000,
+                emission=emission,
+                full_samples=self.request.full_samples or materials.dispersive,
+                samples=self.samples,
+            )
+        return self._plans[key]
+
+
+def _stacked(materials: SpectralMaterials) -> Array:
+    return np.concatenate(materials.spectra) if materials.spectra else np.ones((1, 61))
+
+
+def _digest(*parts: bytes) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    for content in parts:
+        digest.update(content)
+    return digest.hexdigest()

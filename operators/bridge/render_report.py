@@ -1,0 +1,76 @@
+"""What a spectral render leaves in its folder beside its pictures: plan.json and report.json."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from ...spectral_probe.files.atomic import written_whole
+from ...spectral_probe.render_model import PassPlan
+
+REPORT_NAME = "report.json"
+
+
+@dataclass(frozen=True)
+class SpectralRender:
+    """What a spectral render left in its folder.
+
+    `xyz`, `image` and `rgb` are those of the first view layer; `layers` names the view layers rendered, and the files of
+    the others have their names after an underscore. `seconds_rgb` and `rgb` are None without the RGB twin.
+    `light_residual` is the share of the panorama's energy that the light layers do not hold (0 in a wavelength plan).
+    `steps_kept` of the `passes` (one file a step) were there from an interrupted render of the same scene.
+    """
+
+    xyz: Path
+    image: Path
+    rgb: Path | None
+    layers: tuple[str, ...]
+    passes: tuple[Path, ...]
+    plan: PassPlan
+    samples: int
+    seconds_spectral: float
+    seconds_rgb: float | None
+    seconds_assembly: float
+    steps_kept: int
+    device: str
+    warnings: tuple[str, ...]
+    light_residual: float
+
+
+def write_report(result: SpectralRender, scene: bpy.types.Scene, size_px: tuple[int, int]) -> None:
+    """Write report.json, last of all files: where it is, the render is complete."""
+    report = {
+        "seconds": {
+            "spectral": result.seconds_spectral,
+            "rgb": result.seconds_rgb,
+            "assembly": result.seconds_assembly,
+        },
+        "kind": result.plan.kind,
+        "passes": result.plan.passes,
+        "steps": len(result.passes),
+        "steps_kept": result.steps_kept,
+        "wavelengths_nm": result.plan.wavelengths_nm.tolist(),
+        "predicted_de2000": result.plan.predicted_de2000,
+        "predicted_cost": result.plan.predicted_cost,
+        "light_residual": result.light_residual,
+        "samples": result.samples,
+        "resolution": list(size_px),
+        "view_layers": list(result.layers),
+        "frame": scene.frame_current,
+        "scene": scene.name,
+        "device": result.device,
+        "blender": bpy.app.version_string,
+        "warnings": list(result.warnings),
+    }
+    with written_whole(result.xyz.with_name(REPORT_NAME)) as temporary:
+        temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+
+
+def device_name(scene: bpy.types.Scene) -> str:
+    """What Cycles renders on."""
+    if scene.cycles.device == "CPU":
+        return "CPU"
+    cycles = bpy.context.preferences.addons["cycles"].preferences
+    names = [device.name for device in cycles.devices if device.use]
+    return f"{cycles.compute_device_type}: {', '.join(names)}" if names else "CPU"

@@ -1,0 +1,68 @@
+"""Whether an interrupted render can be gone on with: what its steps were made from, and what is asked for now."""
+
+from pathlib import Path
+from typing import Literal
+
+import bpy
+
+from ...spectral_probe.errors import RenderError
+from ...spectral_probe.render.pass_folder import PassFolder, new_pass_folder, open_pass_folder
+from ...spectral_probe.render_model import PassPlan
+from .fingerprint import light_fingerprint, scene_fingerprint
+from .pass_settings import enabled_layers
+from .planning import Planner
+from .render_report import REPORT_NAME
+
+type OnChange = Literal["refuse", "restart", "resume"]
+
+PLAN_NAME = "plan.json"
+
+
+class SceneChangedError(RenderError):
+    """An unfinished render in the folder was made from something else."""
+
+
+def render_fingerprint(
+    scene: bpy.types.Scene, planner: Planner, plan: PassPlan | None = None
+) -> dict[str, str]:
+    """What a render's steps are made from, a digest for each part."""
+    return {
+        "scene": scene_fingerprint(scene),
+        "light": light_fingerprint(planner.probe),
+        "samples": str(planner.samples),
+        "plan": planner.request.digest() if plan is None else repr(plan.wavelengths_nm.tolist()),
+        "Blender": bpy.app.version_string,
+    }
+
+
+def folder_of_steps(
+    directory: Path, fingerprint: dict[str, str], scene: bpy.types.Scene, on_change: OnChange
+) -> PassFolder:
+    """The folder of the steps: as an interrupted render of the same left it, or a new one.
+
+    Raises
+    ------
+    SceneChangedError
+        If it was a render of something else, and `on_change` does not say what to do.
+    """
+    earlier = open_pass_folder(directory / "passes")
+    usable = earlier is not None and earlier.finished and (directory / PLAN_NAME).is_file()
+    if earlier is not None and usable and on_change != "restart":
+        changes = earlier.changes(fingerprint)
+        if not changes or on_change == "resume":
+            return earlier
+        if not (directory / REPORT_NAME).is_file():
+            raise SceneChangedError(
+                f"{directory} has {len(earlier.finished)} passes of an unfinished render, and its "
+                f"{' and '.join(changes)} changed since then. Render anew (--restart), or use them as they are (--resume)."
+            )
+    layers = [layer.name for layer in enabled_layers(scene)]
+    return new_pass_folder(directory / "passes", fingerprint, layers)
+
+
+def unfinished_changes(scene: bpy.types.Scene, planner: Planner, directory: Path) -> tuple[str, ...]:
+    """What has changed since an unfinished render in a folder began; nothing where there is none, or it can be gone on with."""
+    earlier = open_pass_folder(directory / "passes")
+    if earlier is None or not earlier.finished or (directory / REPORT_NAME).is_file():
+        return ()
+    return earlier.changes(render_fingerprint(scene, planner))
