@@ -112,6 +112,7 @@ class _Walk:
     def __init__(self, seen: set[int] | None = None) -> None:
         self._hash = hashlib.blake2b(digest_size=_DIGEST_BYTES)
         self._seen = set() if seen is None else seen
+        self._within: set[tuple[str, int]] = set()
 
     def digest(self) -> str:
         """Digest of all that was added."""
@@ -161,7 +162,8 @@ class _Walk:
         for slot in thing.material_slots:
             self.add(slot.link)
             self.datablock(slot.material)
-        self.datablock(thing.data)
+        if thing.type != "GREASEPENCIL":  # left out of spectral renders
+            self.datablock(thing.data)
 
     def _image(self, image: bpy.types.Image) -> None:
         if image.type in {"RENDER_RESULT", "COMPOSITING"}:
@@ -276,9 +278,13 @@ class _Walk:
         elif value is None:
             self.add(None)
         elif hasattr(value, "bl_rna"):
-            self.add(type(value).__name__)
-            if not isinstance(value, bpy.types.NodeLink):
-                self.structure(value)
+            key = (type(value).__name__, value.as_pointer())
+            self.add(key[0])
+            if isinstance(value, bpy.types.NodeLink) or key in self._within:
+                return  # links are told by the tree; parts may point back to what they are part of
+            self._within.add(key)
+            self.structure(value)
+            self._within.remove(key)
 
     def custom(self, owner: Any) -> None:
         """Add custom properties: inputs of geometry nodes, and what shaders read as attributes."""
