@@ -56,6 +56,9 @@ _FLOOR = 1e-3
 _LARGE_PX = 30.0
 """Standard deviation of the mean over which a surface's energy is set."""
 
+_EVEN = 0.5
+"""Largest range of the normal's components and of the object index about a pixel that lies within a surface."""
+
 _REDUCED = 4
 """A mean over so many pixels is taken of an image reduced by this factor."""
 
@@ -125,7 +128,6 @@ class RatioFilter:
         coarse = cv2.resize(self._surfaces, small, interpolation=cv2.INTER_NEAREST)
         large = _edge_aware_mean(coarse, _LARGE_PX / _REDUCED)
         self._large_mean: Mean = lambda image: large(cv2.resize(image, small, interpolation=cv2.INTER_AREA))
-        self._large_full = self._large_mean(self._full)
 
     def transport(self, low: FloatArray, low_guide: FloatArray | None = None) -> FloatArray:
         """Transport (H, W, 3) of a pass from its few samples `low`; see `transport`."""
@@ -138,16 +140,20 @@ class RatioFilter:
         ratio = albedo_ratio * _ratio_of_means(even * weight, self._low * weight, mean, self._floor)
         estimate = _within_neighbours(self._full * ratio, low, self._full)
         estimate = np.maximum(estimate + _significant_residual(low - ratio * self._low), 0.0)
-        return self._with_energy_of(low * weight, self._low * weight, estimate)
+        pure = weight * _within_surfaces(self._guide)
+        return self._with_energy_of(low * pure, self._low * pure, estimate, pure)
 
-    def _with_energy_of(self, low: FloatArray, reference_low: FloatArray, estimate: FloatArray) -> FloatArray:
-        """The estimate with the energy at large of the full reference times the ratio of the few samples' energies."""
-        energy = self._large_mean(estimate)
+    def _with_energy_of(
+        self, low: FloatArray, reference_low: FloatArray, estimate: FloatArray, pure: FloatArray
+    ) -> FloatArray:
+        """The estimate with the energy at large of the full reference times the ratio of the few samples' energies.
+
+        Pixels on edges of surfaces are left out: how much of each surface the few samples saw there would decide.
+        """
+        energy, full = self._large_mean(estimate * pure), self._large_mean(self._full * pure)
         # Where the reference has no light to speak of, the residual made the estimate, and the factor tends to 1.
         dark = 10.0 * self._floor * (energy + self._floor)
-        factor = (self._large_mean(low) * self._large_full + dark) / (
-            self._large_mean(reference_low) * energy + dark
-        )
+        factor = (self._large_mean(low) * full + dark) / (self._large_mean(reference_low) * energy + dark)
         height, width = estimate.shape[:2]
         return np.asarray(estimate * cv2.resize(np.clip(factor, 0.5, 2.0), (width, height)))
 
@@ -189,6 +195,16 @@ def _surfaces(guide: FloatArray | None, size: tuple[int, ...]) -> FloatArray:
         surfaces[..., 0] = 3.0 * guide[..., 6]
         surfaces[..., 1:3] = guide[..., 3:6] @ _TILT
     return surfaces
+
+
+def _within_surfaces(guide: FloatArray | None) -> FloatArray | float:
+    """(H, W, 1) 1 within a surface, 0 on its edges; 1 without a guide."""
+    if guide is None:
+        return 1.0
+    features = np.ascontiguousarray(guide[..., 3:7], np.float32)
+    neighbours = np.ones((3, 3), np.uint8)
+    spread = cv2.dilate(features, neighbours) - cv2.erode(features, neighbours)
+    return np.asarray((spread.max(-1, keepdims=True) < _EVEN), np.float32)
 
 
 def _albedo_ratio(
