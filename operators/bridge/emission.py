@@ -38,6 +38,7 @@ from .translation import (
     insert_group,
     new_group,
     vector_math,
+    working_to_rec709,
 )
 
 type Array = np.ndarray[Any, Any]
@@ -151,17 +152,10 @@ def _lamp_colour(datablock: bpy.types.ID) -> tuple[Array, tuple[str, Array] | No
     datablock.use_temperature = False
     name, spectrum = planck_name(kelvin), planck(kelvin)
     if np.ptp(colour) > 1e-4 * colour.max():
-        gel = np.array(bpy_rec709(colour))
+        gel = working_to_rec709() @ colour
         spectrum = spectrum * uplift(np.maximum(gel, 0.0))
         name += " behind " + ", ".join(f"{channel:.4g}" for channel in gel)
     return colour * of_body, (name, of_unit_luminance(spectrum))
-
-
-def bpy_rec709(colour: Array) -> Array:
-    """A colour (3,) of the working space in Rec.709, unclipped."""
-    from mathutils import Color
-
-    return np.array(Color(colour).from_scene_linear_to_rec709_linear(), float)
 
 
 def planck_name(kelvin: float) -> str:

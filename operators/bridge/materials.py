@@ -23,7 +23,7 @@ import numpy as np
 
 from ...spectral_probe.render_model import EmissionGroup
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
-from .emission import UNTRANSLATED, Emission, Source, sources_of
+from .emission import UNTRANSLATED, Emission, Source, is_dark, sources_of
 from .glass import translate_dispersive, translate_glass
 from .hair import translate_melanin
 from .light_groups import light_groups, shown_by
@@ -126,6 +126,15 @@ def _translate(translation: Translation, copy: Copy) -> None:
     kind = settings.kind if settings else "RGB"
     done: set[Any] = set()
     if kind == "METAL":
+        emits = [
+            n
+            for _, n in shaders(copy.trees)
+            if n.type == "BSDF_PRINCIPLED" and not is_dark(n.inputs["Emission Strength"])
+        ]
+        if emits:
+            translation.warnings.append(
+                f"{copy.label} is a metal whose Principled shader emits; that light was left out. Add an Emission shader to it."
+            )
         done = translate_metal(translation, settings.metal, copy.trees)
     elif kind == "REFLECTANCE":
         done = translate_reflectance(translation, settings.reflectance_path, copy.trees)

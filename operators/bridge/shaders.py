@@ -1,4 +1,4 @@
-"""Work on the node trees of temporary materials: finding shaders, replacing them, switching emission off."""
+"""Work on the node trees of temporary materials: finding shaders, replacing them, setting their sockets."""
 
 from contextlib import ExitStack
 from typing import Any
@@ -17,12 +17,6 @@ MEASURED_COLOUR = {
     "BSDF_PRINCIPLED": "Base Color",
     "SUBSURFACE_SCATTERING": "Color",
     "BSDF_TRANSLUCENT": "Color",
-}
-EMISSION_STRENGTHS = {
-    "EMISSION": ("Strength",),
-    "BSDF_PRINCIPLED": ("Emission Strength",),
-    "PRINCIPLED_VOLUME": ("Emission Strength", "Blackbody Intensity"),
-    "VOLUME_COEFFICIENTS": ("Emission Coefficients",),
 }
 
 
@@ -85,18 +79,6 @@ def unlink(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> None:
 def set_value(socket: bpy.types.NodeSocket, values: Array) -> None:
     """Set a colour or vector socket to three numbers."""
     socket.default_value = (*map(float, values), 1.0) if socket.type == "RGBA" else tuple(map(float, values))
-
-
-def darken(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
-    """Switch off what a shader emits; True if it did emit."""
-    emitted = False
-    for name in EMISSION_STRENGTHS.get(node.type, ()):
-        socket = node.inputs[name]
-        vector = socket.type == "VECTOR"
-        emitted |= link_of(socket) is not None or bool(np.any(np.asarray(socket.default_value) > 0))
-        unlink(tree, socket)
-        socket.default_value = (0.0, 0.0, 0.0) if vector else 0.0
-    return emitted
 
 
 def _metallic(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bpy.types.Node:

@@ -153,7 +153,7 @@ def test_the_material_panel_asks_for_what_its_kind_needs(kind, wanted, drawn):
     widgets = drawn(panel("material"), material=material)
     named = [widget["rna"] for widget in widgets if "rna" in widget]
     fields = {rna.removeprefix("SPECTRAL_PROBE_PG_material.").removesuffix("[0]") for rna in named}
-    assert fields == {"kind", wanted} - {None}
+    assert fields == {"kind", "light", wanted} - {None}
 
 
 def test_the_material_panel_needs_a_material(drawn):

@@ -142,10 +142,11 @@ def test_a_blackbody_node_is_planck(radiance, ball, spectra, at_nm, kind, shader
 def test_lamps_of_all_sorts_add_up_with_the_world(scene, radiance, glowing, lamp, kind):
     """Together as much as one by one: no light is in no group, or in two."""
     world = np.linspace(0.5, 2.0, 61) * 0.01
+    scene.render.resolution_x = scene.render.resolution_y = 24
     glowing((1.0, 0.2, 0.1), 5.0, (3.0, -1.0, 0.0))
     measured = glowing((0.5, 0.5, 0.5), 8.0, (-3.0, -1.0, 0.0))
     measured.spectral_probe.light, measured.spectral_probe.lamp = "LAMP", "HP1"
-    for name in ("FL11", "FL1", "D65"):
+    for name in ("FL11", "D65"):
         sun = lamp(name, energy=0.3)
         sun.spectral_probe.light, sun.spectral_probe.lamp = "LAMP", name
     together, _ = radiance(NM, kind, world, samples=32)

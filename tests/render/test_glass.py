@@ -65,9 +65,7 @@ def test_a_thin_filter_takes_its_light_at_every_surface(radiance, slab, extensio
     np.testing.assert_allclose(centre(images), 0.01 * np.interp(NM, GRID, pane**2), rtol=1e-3, atol=1e-7)
 
 
-@pytest.mark.parametrize(
-    "shader", ["ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction", "ShaderNodeBsdfPrincipled"]
-)
+@pytest.mark.parametrize("shader", ["ShaderNodeBsdfGlass", "ShaderNodeBsdfPrincipled"])
 def test_dispersive_glass_bends_each_wavelength_by_its_index(scene, radiance, slab, shader):
     """A tilted plate shifts an edge behind it by d sin(a) (1 - cos(a) / sqrt(n^2 - sin(a)^2))."""
     material = slab(shader, 1.0)
@@ -97,7 +95,7 @@ def test_dispersive_glass_bends_each_wavelength_by_its_index(scene, radiance, sl
     shift = 1.0 * sine * (1 - sine / np.sqrt(n**2 - sine**2))
     found = {}
     for kind in KINDS:
-        images, warnings = radiance(nm, kind, LIGHT, samples=64)
+        images, warnings = radiance(nm, kind, LIGHT, samples=24)
         profile = images[:, 16:48].mean(1)
         bright = (profile > profile.max(1, keepdims=True) / 2).sum(1) / 64 * 2.0
         found[kind] = np.abs(1.0 - bright)
