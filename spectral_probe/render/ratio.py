@@ -47,9 +47,9 @@ weighs less, in numerator and denominator alike."""
 
 _NEIGHBOURS = (15, 15)
 _SCALES_PX = (7, 3)
-_SHRINK, _SHRINK_UNGUIDED = 9.0, 5.5
+_SHRINK, _SHRINK_UNGUIDED = 9.0, 4.0
 """Squared signal to noise below which a local mean of the residual is taken for noise, with and without the pass's own
-albedo: without it more is left to the residual. A single firefly among the pixels of such a mean reaches 5.4."""
+albedo: without it more is left to the residual, at the price of some fireflies, one of which reaches 5.4 in such a mean."""
 
 _ABOVE_NEIGHBOURS = 1.2
 """How far an estimate may exceed the brightest of the pass's own samples beside it, and still its reference."""
