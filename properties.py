@@ -296,7 +296,20 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         min=1,
         max=21,
     )
+    max_de2000: FloatProperty(
+        name="Error Bound",
+        description="Largest colour error CIEDE2000 that the plan may predict against all 61 wavelengths",
+        default=0.5,
+        min=0.01,
+        soft_max=5.0,
+        precision=2,
+    )
     samples: IntProperty(name="Samples", description="Samples per pixel of a full pass", default=128, min=1)
+    full_samples: BoolProperty(
+        name="Full Samples",
+        description="Give every pass all samples, instead of a fraction that is compared with a full pass: as exact as "
+        "can be, and as many times slower as there are passes",
+    )
     rgb_twin: BoolProperty(
         name="Also RGB",
         description="Render the same scene in plain RGB too, for the comparison",

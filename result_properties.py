@@ -50,6 +50,9 @@ class SPECTRAL_PROBE_PG_render(bpy.types.PropertyGroup):
     )
     rgb_seconds: FloatProperty(name="RGB", description="How long the RGB render took", unit="TIME_ABSOLUTE")
     has_rgb: BoolProperty(name="RGB Twin", description="The same scene was rendered in plain RGB too")
+    warnings: StringProperty(
+        name="Warnings", description="What the render warned of, one sentence or two a line"
+    )
 
 
 class SPECTRAL_PROBE_PG_comparison(bpy.types.PropertyGroup):

@@ -19,7 +19,7 @@ from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_
 from .light_world import SPECTRAL_PROBE_OT_light_world
 from .plan_render import SPECTRAL_PROBE_OT_plan_render
 from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
-from .render_spectral import SPECTRAL_PROBE_OT_render_spectral
+from .render_spectral import SPECTRAL_PROBE_OT_render_animation, SPECTRAL_PROBE_OT_render_spectral
 from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
 from .seed_from_view import SPECTRAL_PROBE_OT_seed_from_view
@@ -28,6 +28,7 @@ from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
 from .show_sensitivities import SPECTRAL_PROBE_OT_show_sensitivities
 from .show_spectrum import SPECTRAL_PROBE_OT_show_spectrum
 from .swap_light import SPECTRAL_PROBE_OT_swap_light
+from .use_cycles import SPECTRAL_PROBE_OT_use_cycles
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
@@ -59,6 +60,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_remove_swappable,
         SPECTRAL_PROBE_OT_plan_render,
         SPECTRAL_PROBE_OT_render_spectral,
+        SPECTRAL_PROBE_OT_render_animation,
+        SPECTRAL_PROBE_OT_use_cycles,
         SPECTRAL_PROBE_OT_swap_light,
         SPECTRAL_PROBE_OT_compare,
     )

@@ -8,13 +8,16 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
 from ..spectral_probe.errors import RenderError
 from ..spectral_probe.model import Job, Progress, SpectralPanorama
 from .terminal import blender_silenced
+
+if TYPE_CHECKING:
+    from .bridge.planning import Planner
 
 type Numbers = dict[str, Any]
 
@@ -48,21 +51,54 @@ def render_scene(
     scene: bpy.types.Scene, probe: SpectralPanorama, arguments: argparse.Namespace
 ) -> Job[Numbers]:
     """Render an open scene as the command line asks; returns the numbers of its report.json."""
+    from ..spectral_probe.cli_output import output_settings_of
+    from ..spectral_probe.cli_swap import swappable_masks
     from .bridge.cycles import spectral_render
+    from .bridge.frames import render_frames
+    from .bridge.planning import Planner, PlanRequest
 
     if arguments.frame is not None:
         scene.frame_set(arguments.frame)
     directory = arguments.output.resolve()
-    yield from spectral_render(
-        scene,
-        probe,
-        None,
-        directory,
-        samples=arguments.samples or scene.cycles.samples,
-        passes=arguments.passes,
-        rgb_twin=not arguments.no_rgb,
-    )
+    samples = arguments.samples or scene.cycles.samples
+    masks = swappable_masks(arguments, probe)
+    request = PlanRequest(arguments.passes, arguments.max_de, arguments.full_samples, masks)
+    planner = Planner(probe, request, samples)
+    if arguments.plan_only:
+        return _planned(scene, planner)
+    words: dict[str, Any] = {
+        "rgb_twin": not arguments.no_rgb,
+        "outputs": output_settings_of(arguments),
+        "on_change": "restart" if arguments.restart else "resume" if arguments.resume else "refuse",
+    }
+    if arguments.frames:
+        results = yield from render_frames(scene, planner, directory, arguments.frames, **words)
+        return {
+            "frames": len(results),
+            "seconds": sum(result.seconds_spectral for result in results),
+            "warnings": list(dict.fromkeys(text for result in results for text in result.warnings)),
+            "written": str(directory),
+        }
+    yield from spectral_render(scene, probe, None, directory, samples=samples, planner=planner, **words)
     return {**json.loads((directory / "report.json").read_text("utf-8")), "written": str(directory)}
+
+
+def _planned(scene: bpy.types.Scene, planner: Planner) -> Numbers:
+    """What the plan of a scene is and costs."""
+    from ..spectral_probe.render.plan import describe
+    from .bridge.cycles import check_scene, planned
+
+    check_scene(scene, planner.samples)
+    plan = planned(scene, planner)
+    return {
+        "plan": describe(plan),
+        "kind": plan.kind,
+        "passes": plan.passes,
+        "wavelengths_nm": sorted(set(plan.wavelengths_nm.ravel().tolist())),
+        "samples": planner.samples,
+        "predicted_de2000": plan.predicted_de2000,
+        "predicted_cost": plan.predicted_cost,
+    }
 
 
 def open_scene(path: Path) -> bpy.types.Scene:

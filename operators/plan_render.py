@@ -42,6 +42,8 @@ class SPECTRAL_PROBE_OT_plan_render(JobOperator, bpy.types.Operator):
             probe,
             {"AUTOMATIC": None, "NUMBER": settings.passes, "REFERENCE": "all"}[settings.plan],
             samples=settings.samples,
+            max_de2000=settings.max_de2000,
+            full_samples=settings.full_samples,
             swappable=marked_masks(settings, probe),
         )
 

@@ -1,60 +1,190 @@
-"""Render the scene spectrally in the light of the probe."""
+"""Render the scene spectrally in the light of the probe: one frame, or an animation."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
 from ..spectral_probe.model import Job
+from .add_swappable import marked_masks
+from .base import FINISHED, OperatorResult
 from .job import JobOperator
-from .pictures import show
+from .pictures import show_render
 from .polls import has_probe, uses_cycles
 from .results import keep_render
 from .settings import folder_of, probe_folder
 
 if TYPE_CHECKING:
     from .bridge.cycles import SpectralRender
+    from .bridge.planning import Planner
+
+_DIALOG_WIDTH = 420
+_ON_CHANGE = {"ASK": "refuse", "RESTART": "restart", "RESUME": "resume"}
 
 
-class SPECTRAL_PROBE_OT_render_spectral(JobOperator, bpy.types.Operator):
-    """Render the scene in Cycles at several wavelengths and put the passes together into one image"""
+class RendersSpectrally(JobOperator):
+    """Mixin of the two operators: asks what to do with passes of an unfinished render of something else."""
 
-    bl_idname = "spectral_probe.render_spectral"
-    bl_label = "Render Spectral"
+    on_change: bpy.props.EnumProperty(
+        name="Unfinished Passes",
+        description="What to do with passes of an unfinished render, where the scene has changed since then",
+        items=(
+            ("ASK", "Ask", "Ask; a script gets an error"),
+            ("RESTART", "Render Anew", "Remove them and begin again"),
+            ("RESUME", "Use Them", "Go on with them as they are, with their plan and samples"),
+        ),
+        options={"SKIP_SAVE"},
+    )
+
+    _changed: tuple[str, ...] = ()
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be a probe, and Cycles."""
         return has_probe(cls, context) and uses_cycles(cls, context)
 
-    def job(self, context: bpy.types.Context) -> Job[SpectralRender]:
-        """Read the settings and start."""
-        from ..spectral_probe.files.probe_exr import read_probe
-        from .bridge.cycles import spectral_render
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        """Start, or ask first."""
+        if bpy.app.background or self.on_change != "ASK":
+            return super().invoke(context, event)
+        return self.reporting(lambda: self._ask_or_start(context, event))
+
+    def _ask_or_start(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        from .bridge.resuming import unfinished_changes
+
+        planner, folder = (
+            planner_of(context),
+            folder_of(context.scene.spectral_probe.render_directory, "render"),
+        )
+        self._changed = unfinished_changes(context.scene, planner, self.first_folder(context, folder))
+        if not self._changed:
+            return super().invoke(context, event)
+        self.on_change = "RESTART"
+        window_manager: Any = context.window_manager
+        answer: OperatorResult = window_manager.invoke_props_dialog(
+            self, width=_DIALOG_WIDTH, title="Unfinished Render", confirm_text="Render"
+        )
+        return answer
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """The question."""
+        column = self.layout.column()
+        column.label(text="The folder has passes of an unfinished render.", icon="ERROR")
+        column.label(text=f"Since then this has changed: {', '.join(self._changed)}.", icon="BLANK1")
+        column.prop_enum(self, "on_change", "RESTART")
+        column.prop_enum(self, "on_change", "RESUME")
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        """Render: at once in a script; as a job in the window once the question was answered."""
+        if self._changed:
+            name = type(self).bl_idname.split(".")[1]
+            getattr(bpy.ops.spectral_probe, name)("INVOKE_DEFAULT", on_change=self.on_change)
+            return FINISHED
+        return super().execute(context)
+
+    def first_folder(self, _context: bpy.types.Context, folder: Path) -> Path:
+        """The folder that may hold an unfinished render."""
+        return folder
+
+    def words(self, context: bpy.types.Context) -> dict[str, Any]:
+        """What both renders are told."""
+        from .settings_output import output_settings_from
 
         settings = context.scene.spectral_probe
-        directory = folder_of(settings.render_directory, "render")
-        probe = read_probe(probe_folder(settings) / "probe.exr")
+        return {
+            "rgb_twin": settings.rgb_twin,
+            "outputs": output_settings_from(settings.output),
+            "on_change": _ON_CHANGE[self.on_change],
+        }
+
+    def finish_with(self, context: bpy.types.Context, result: SpectralRender, told: str) -> None:
+        """Keep and show a result."""
+        keep_render(context.scene.spectral_probe, result)
+        show_render(result.image)
+        write_preview(result.xyz)
+        self.report({"INFO"}, told)
+        for warning in result.warnings:
+            self.report({"WARNING"}, warning)
+
+
+class SPECTRAL_PROBE_OT_render_spectral(RendersSpectrally, bpy.types.Operator):
+    """Render the scene in Cycles at several wavelengths and put the passes together into one image"""
+
+    bl_idname = "spectral_probe.render_spectral"
+    bl_label = "Render Spectral"
+
+    def job(self, context: bpy.types.Context) -> Job[SpectralRender]:
+        """Read the settings and start."""
+        from .bridge.cycles import spectral_render
+
+        planner = planner_of(context)
+        directory = folder_of(context.scene.spectral_probe.render_directory, "render")
         return spectral_render(
             context.scene,
-            probe,
+            planner.probe,
             None,
             directory,
-            samples=settings.samples,
-            passes={"AUTOMATIC": None, "NUMBER": settings.passes, "REFERENCE": "all"}[settings.plan],
-            rgb_twin=settings.rgb_twin,
+            samples=planner.samples,
+            planner=planner,
+            **self.words(context),
         )
 
     def done(self, context: bpy.types.Context, result: SpectralRender) -> None:
         """Keep the report's numbers in the scene."""
-        settings = context.scene.spectral_probe
-        keep_render(settings, result)
-        show(write_preview(result.xyz), "Render")
-        self.report({"INFO"}, f"{settings.render.passes} passes in {settings.render.seconds:.1f} s")
-        for warning in result.warnings:
-            self.report({"WARNING"}, warning)
+        self.finish_with(context, result, f"{result.plan.passes} passes in {result.seconds_spectral:.1f} s")
+
+
+class SPECTRAL_PROBE_OT_render_animation(RendersSpectrally, bpy.types.Operator):
+    """Render the scene's frames spectrally, from its first to its last, each into a folder of its own"""
+
+    bl_idname = "spectral_probe.render_animation"
+    bl_label = "Render Spectral Animation"
+
+    def job(self, context: bpy.types.Context) -> Job[tuple[SpectralRender, ...]]:
+        """Read the settings and start."""
+        from .bridge.frames import render_frames
+
+        directory = folder_of(context.scene.spectral_probe.render_directory, "render")
+        frames = frames_of(context.scene)
+        return render_frames(context.scene, planner_of(context), directory, frames, **self.words(context))
+
+    def first_folder(self, context: bpy.types.Context, folder: Path) -> Path:
+        """The frame shown now: of the others only the render itself can tell."""
+        from .bridge.frames import frame_folder
+
+        return frame_folder(folder, context.scene.frame_current)
+
+    def done(self, context: bpy.types.Context, result: tuple[SpectralRender, ...]) -> None:
+        """Keep the last frame's numbers in the scene."""
+        seconds = sum(frame.seconds_spectral for frame in result)
+        self.finish_with(context, result[-1], f"{len(result)} frames in {seconds:.0f} s")
+
+
+def frames_of(scene: bpy.types.Scene) -> range:
+    """The frames that Blender renders of an animation."""
+    return range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
+
+
+def planner_of(context: bpy.types.Context) -> Planner:
+    """What the scene's settings ask of a plan.
+
+    Raises
+    ------
+    SpectralProbeError
+        If the probe cannot be read.
+    """
+    from ..spectral_probe.files.probe_exr import read_probe
+    from .bridge.planning import Planner, PlanRequest
+
+    settings = context.scene.spectral_probe
+    probe = read_probe(probe_folder(settings) / "probe.exr")
+    passes = {"AUTOMATIC": None, "NUMBER": settings.passes, "REFERENCE": "all"}[settings.plan]
+    masks = marked_masks(settings, probe)
+    return Planner(
+        probe, PlanRequest(passes, settings.max_de2000, settings.full_samples, masks), settings.samples
+    )
 
 
 def write_preview(xyz_path: Path) -> Path:

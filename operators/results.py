@@ -54,6 +54,7 @@ def keep_render(settings: bpy.types.PropertyGroup, result: SpectralRender) -> No
     kept.seconds = result.seconds_spectral
     kept.has_rgb = result.seconds_rgb is not None
     kept.rgb_seconds = result.seconds_rgb or 0.0
+    kept.warnings = "\n".join(result.warnings)
 
 
 def keep_plan(settings: bpy.types.PropertyGroup, plan: PassPlan) -> None:

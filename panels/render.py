@@ -2,8 +2,10 @@
 
 import bpy
 
-from .main import InSidebar, duration, job_button, results, row, settings_layout
+from .main import InSidebar, duration, job_button, paragraph, results, row, settings_layout
 from .material import draw_spectrum
+from .output import draw_output
+from .swap import draw_plan
 
 
 class SPECTRAL_PROBE_PT_objects(InSidebar, bpy.types.Panel):
@@ -39,14 +41,29 @@ class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
         column.prop(settings, "plan")
         if settings.plan == "NUMBER":
             column.prop(settings, "passes")
+        if settings.plan == "AUTOMATIC":
+            column.prop(settings, "max_de2000")
         column.prop(settings, "samples")
+        if settings.plan != "REFERENCE":
+            column.prop(settings, "full_samples")
         column.prop(settings, "rgb_twin")
         column.prop(settings, "render_directory")
+        draw_output(column, settings.output)
         if context.scene.render.engine != "CYCLES":
-            layout.prop(context.scene.render, "engine")
+            paragraph(
+                layout,
+                context,
+                "Spectral rendering needs Cycles; other engines only approximate metals.",
+                "ERROR",
+            )
+            layout.operator("spectral_probe.use_cycles", icon="SHADING_RENDERED")
+        draw_plan(layout, context)
         job_button(layout, context, "spectral_probe.render_spectral", "RENDER_STILL")
+        job_button(layout, context, "spectral_probe.render_animation", "RENDER_ANIMATION")
         if settings.render.passes:
             _draw_render(results(layout), settings.render)
+            for warning in settings.render.warnings.splitlines():
+                paragraph(results(layout), context, warning, "ERROR")
 
 
 def _draw_render(column: bpy.types.UILayout, render: bpy.types.AnyType) -> None:

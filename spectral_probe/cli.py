@@ -17,7 +17,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import cli_filter, cli_spectrum, cli_swap
+from . import cli_filter, cli_render, cli_spectrum, cli_swap
+from .cli_render import whole_number
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
 from .model import Job, Progress
@@ -146,22 +147,9 @@ def _parser() -> argparse.ArgumentParser:
     cli_spectrum.add_words(verb("spectrum", cli_spectrum.TEXT, cli_spectrum.EXAMPLE))
     cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
 
-    render = verb(
-        "render",
-        "Render a scene spectrally with a probe's light.",
-        "render SCENE.blend --probe out/probe.exr -o render",
-    )
-    render.add_argument("scene", type=Path, metavar="SCENE.blend", help="the scene")
-    render.add_argument("--probe", type=Path, required=True, metavar="PROBE.exr", help="the light")
+    render = verb("render", cli_render.TEXT, cli_render.EXAMPLE)
+    cli_render.add_words(render)
     _folder(render)
-    render.add_argument(
-        "--passes", type=_passes, default=None, metavar="N|all", help="spectral passes, or all 61 wavelengths"
-    )
-    render.add_argument("--samples", type=_count, default=None, help="samples a pixel (default: the scene's)")
-    render.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
-    render.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
-
-    cli_swap.add_words(verb("swap", cli_swap.TEXT, cli_swap.EXAMPLE))
 
     compare = verb(
         "compare",
@@ -195,8 +183,8 @@ def _calibrate_words(calibrate: argparse.ArgumentParser) -> None:
         default="auto",
         help="kind of board (default: seen)",
     )
-    calibrate.add_argument("--columns", type=_count, help="squares along one side (default: seen)")
-    calibrate.add_argument("--rows", type=_count, help="squares along the other side (default: seen)")
+    calibrate.add_argument("--columns", type=whole_number, help="squares along one side (default: seen)")
+    calibrate.add_argument("--rows", type=whole_number, help="squares along the other side (default: seen)")
     calibrate.add_argument("--square-mm", type=_length, help="side of a square, for the record only")
     calibrate.add_argument("--marker-mm", type=_length, help="side of a ChArUco marker (default: seen)")
     calibrate.add_argument(
@@ -220,16 +208,6 @@ def _folder(
         default=default and Path(default),
         required=required and not default,
     )
-
-
-def _passes(text: str) -> int | str:
-    return text if text == "all" else _count(text)
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f'"{text}" is no whole number above 0')
-    return int(text)
 
 
 def _length(text: str) -> float:

@@ -159,10 +159,15 @@ def scene_plan(
     swappable: Mapping[str, Array] | None = None,
 ) -> PassPlan:
     """The plan that `spectral_render` makes for a scene and its light; see there for the words."""
-    if passes == "all":
+    request = PlanRequest(passes, max_de2000, full_samples, swappable or {})
+    return planned(scene, Planner(probe, request, samples))
+
+
+def planned(scene: bpy.types.Scene, planner: Planner) -> PassPlan:
+    """The plan that a planner makes for a scene; the scene comes back as it was."""
+    if planner.request.passes == "all":
         return reference_plan()
-    planner = Planner(probe, PlanRequest(passes, max_de2000, full_samples, swappable or {}), samples)
-    with spectral_materials(scene, one_wavelength=True, level=light_level(probe)) as materials:
+    with spectral_materials(scene, one_wavelength=True, level=light_level(planner.probe)) as materials:
         return planner.plan(materials)
 
 

@@ -2,11 +2,11 @@
 
 In a light-basis pass the Rec.709 channels of an emission colour are the weights of three illuminant spectra, and a measured lamp
 has a channel of its own: its luminance is that of its colour, times its strength. Light groups keep these apart from the world's
-layers. In a wavelength pass the channels hold the light at three wavelengths. Values are divided by the level of the passes,
-spectra are multiplied by it.
+layers. In a wavelength pass the channels hold the light at three wavelengths. Values are divided by the level of the passes, so
+that a lamp is as bright beside the world's layers as it is in the scene, and spectra are multiplied by it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from ...spectral_probe.spectra.uplift import uplift
 from .shaders import link_of, set_value, shaders, unlink
 from .stand_ins import Copy
 from .translation import (
+    Setter,
     Translation,
     at,
     colours_upstream,
@@ -261,7 +262,7 @@ class Emission:
         """The light groups of light-basis passes; none without emission, or where channels are wavelengths."""
         if not self.translation.one_wavelength or not self.sources:
             return ()
-        level = self.translation.level
+        level = self.translation.rgb_level
         groups = []
         if RGB_GROUP in self.object_groups.values():
             groups.append(EmissionGroup(RGB_GROUP, rgb_illuminants() * level))
@@ -283,7 +284,7 @@ class Emission:
             if source.lamp and name == source.lamp:
                 colour = translation.to_rec709 @ (source.filter * socket.default_value[:3])
             unlink(tree, socket)
-            self._at_wavelengths(lambda nm: set_value(socket, self._rows(name, nm) @ colour))
+            set_light(translation, lambda nm: set_value(socket, self._rows(name, nm) @ colour))
             return
         if not name:
             for colour in colours_upstream(link):
@@ -295,43 +296,22 @@ class Emission:
             link = link_of(socket)
         insert_group(tree, link, socket, group)
 
-    def _at_wavelengths(self, setter: Any) -> None:
-        """Set now what light-basis passes never change; else at each pass's wavelengths."""
-        if self.translation.one_wavelength:
-            setter(np.zeros(3))
-        else:
-            self.translation.setters.append(setter)
-
     def _rows(self, name: str, wavelengths_nm: Array) -> Array:
         """(3, 3) from the Rec.709 colour of a source to the channels of a pass."""
-        level = self.translation.level
-        if self.translation.one_wavelength:
-            if not name:
-                return np.eye(3) / level
-            return np.outer(np.eye(3)[self.channels[name]], LUMINANCE) / level
         if not name:
-            return at_each(wavelengths_nm, rgb_illuminants()).T / level
-        return np.outer(at(wavelengths_nm, self._spectra[name]), LUMINANCE) / level
+            return rgb_rows(self.translation, rgb_illuminants(), wavelengths_nm)
+        one = self.translation.one_wavelength
+        channels = np.eye(3)[self.channels[name]] if one else at(wavelengths_nm, self._spectra[name])
+        return np.outer(channels, LUMINANCE) / (self.translation.rgb_level if one else self.translation.level)
 
     def _group(self, name: str) -> bpy.types.NodeTree:
         """Node group from a colour of the working space to the channels of a pass, for one spectrum or for RGB."""
-        if name in self._groups:
-            return self._groups[name]
-        translation = self.translation
-        group, source, target = new_group(f"Spectral Probe Emission {name}".strip(), translation.stack)
-        clip = translation.wide and not name
-        colour = in_rec709(group, source, translation.to_rec709, bounded=False) if clip else source
-        dots, output = dot_products(group, colour, 3)
-        group.links.new(output, target)
-        before = np.eye(3) if clip else translation.to_rec709
-
-        def set_rows(wavelengths_nm: Array) -> None:
-            for dot, row in zip(dots, self._rows(name, wavelengths_nm) @ before, strict=True):
-                dot.inputs[1].default_value = row
-
-        self._at_wavelengths(set_rows)
-        self._groups[name] = group
-        return group
+        if name not in self._groups:
+            title = f"Spectral Probe Emission {name}".strip()
+            self._groups[name] = light_group(
+                self.translation, title, lambda nm: self._rows(name, nm), clip=not name
+            )
+        return self._groups[name]
 
     # ------------------------------------------------------------ on and off
 
@@ -361,6 +341,35 @@ class Emission:
             socket.default_value = 0.0 if socket.type == "VALUE" else (0.0, 0.0, 0.0)
 
 
-def at_each(wavelengths_nm: Array, tables: Array) -> Array:
-    """Tables (N, 61) at wavelengths (M,): (N, M)."""
-    return np.stack([at(wavelengths_nm, table) for table in tables])
+def set_light(translation: Translation, setter: Setter) -> None:
+    """Set now what light-basis passes never change; else at each pass's wavelengths."""
+    if translation.one_wavelength:
+        setter(np.zeros(3))
+    else:
+        translation.setters.append(setter)
+
+
+def rgb_rows(translation: Translation, spectra: Array, wavelengths_nm: Array) -> Array:
+    """(3, 3) from a Rec.709 colour to the channels of a pass, for light that is a sum of three spectra (3, 61)."""
+    if translation.one_wavelength:
+        return np.eye(3) / translation.rgb_level
+    return np.stack([at(wavelengths_nm, spectrum) for spectrum in spectra], -1) / translation.level
+
+
+def light_group(
+    translation: Translation, title: str, rows_of: Callable[[Array], Array], *, clip: bool
+) -> bpy.types.NodeTree:
+    """Node group from a colour of the working space to the channels of a pass, by rows (3, 3) from Rec.709."""
+    group, source, target = new_group(title, translation.stack)
+    clip = clip and translation.wide
+    colour = in_rec709(group, source, translation.to_rec709, bounded=False) if clip else source
+    dots, output = dot_products(group, colour, 3)
+    group.links.new(vector_math(group, "MAXIMUM", output, (0.0, 0.0, 0.0)), target)
+    before = np.eye(3) if clip or not translation.wide else translation.to_rec709
+
+    def set_rows(wavelengths_nm: Array) -> None:
+        for dot, row in zip(dots, rows_of(wavelengths_nm) @ before, strict=True):
+            dot.inputs[1].default_value = row
+
+    set_light(translation, set_rows)
+    return group

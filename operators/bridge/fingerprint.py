@@ -282,6 +282,8 @@ class _Walk:
 
     def custom(self, owner: Any) -> None:
         """Add custom properties: inputs of geometry nodes, and what shaders read as attributes."""
+        if isinstance(owner, bpy.types.PropertyGroup):
+            return  # its items are its properties, as far as they were ever set
         try:
             items = sorted(owner.items(), key=lambda item: item[0])
         except (AttributeError, TypeError):

@@ -25,6 +25,7 @@ from ...spectral_probe.render_model import EmissionGroup
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
 from .emission import UNTRANSLATED, Emission, Source, sources_of
 from .glass import translate_dispersive, translate_glass
+from .hair import translate_melanin
 from .light_groups import light_groups, shown_by
 from .rgb_twin import metal_colours, rgb_materials
 from .shaders import link_of, shaders
@@ -88,7 +89,8 @@ def spectral_materials(
         All three channels will always have the same wavelength (light-basis passes): materials are grey, and channels hold
         layers of light. Otherwise channels hold wavelengths, of light and materials alike.
     level
-        What light is divided by in the passes; the spectra of the emission groups are multiplied by it.
+        Radiance per nm that is 1 in the passes, as of the world's light: emission is divided by it, and the spectra of the
+        emission groups are multiplied by it.
     """
     with ExitStack() as stack:
         translation = Translation(one_wavelength, level, stack)
@@ -143,6 +145,8 @@ def _uplift(
     """Every colour of a shader node from the working space to reflectance; what it emits is not one."""
     if node.type == "BSDF_METALLIC" and node.fresnel_type == "PHYSICAL_CONDUCTOR":
         _conductor(translation, label, tree, node)
+        return
+    if node.type == "BSDF_HAIR_PRINCIPLED" and translate_melanin(translation, label, tree, node):
         return
     for socket in node.inputs if node.type != "EMISSION" else ():
         unused = link_of(socket) is None and not socket.enabled

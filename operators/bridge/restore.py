@@ -16,6 +16,8 @@ def changed(owner: bpy.types.bpy_struct, **values: Any) -> Iterator[None]:
     They come back in the same order: what a format allows depends on the properties before.
     """
     before = {name: getattr(owner, name) for name in values}
+    group = isinstance(owner, bpy.types.PropertyGroup)
+    unset = [name for name in values if group and not owner.is_property_set(name)]
     try:
         for name, value in values.items():
             setattr(owner, name, value)
@@ -23,6 +25,8 @@ def changed(owner: bpy.types.bpy_struct, **values: Any) -> Iterator[None]:
     finally:
         for name, value in before.items():
             setattr(owner, name, value)
+        for name in unset:  # an add-on's property that was never set is so again
+            owner.property_unset(name)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 from mathutils import Color
 
+from ...spectral_probe.spectra.emission import radiance_of_unit_luminance
 from ...spectral_probe.spectra.grid import WAVELENGTHS_NM
 from ...spectral_probe.spectra.uplift import reflectance_basis
 from .restore import remove
@@ -52,8 +53,8 @@ def at(wavelengths_nm: Array, values: Array) -> Array:
 class Translation:
     """What all materials and lamps of a render have in common while they are translated.
 
-    `setters` are called with the three wavelengths of a pass; `spectra` (n, 61) are the reflectances that occur; `stack` takes
-    the temporary node groups away.
+    `level` is the radiance per nm that is 1 in a pass. `setters` are called with the three wavelengths of a pass; `spectra`
+    (n, 61) are the reflectances that occur; `stack` takes the temporary node groups away.
     """
 
     one_wavelength: bool
@@ -63,6 +64,11 @@ class Translation:
     setters: list[Setter] = field(default_factory=list)
     spectra: list[Array] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+
+    @cached_property
+    def rgb_level(self) -> float:
+        """The Rec.709 value that is 1 in a light-basis pass, so that lamps and world layers of one luminance are alike."""
+        return self.level / radiance_of_unit_luminance()
 
     @cached_property
     def to_rec709(self) -> Array:

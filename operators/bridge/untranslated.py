@@ -5,8 +5,6 @@ import bpy
 from .shaders import link_of, unlink
 from .translation import Translation
 
-HAIR_ABSORPTION = {"eumelanin": (0.506, 0.841, 1.653), "pheomelanin": (0.343, 0.733, 1.924)}
-
 
 def name_untranslated(
     translation: Translation, label: str, tree: bpy.types.NodeTree, node: bpy.types.Node

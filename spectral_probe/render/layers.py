@@ -36,13 +36,16 @@ _SMALLEST_EXTENT = 0.02
 """Extent of the triangle where all light has (nearly) one colour, in units of the chromaticity plane."""
 
 
-def light_layers(panorama: SpectralPanorama) -> LightLayers:
+def light_layers(panorama: SpectralPanorama, components: FloatArray | None = None) -> LightLayers:
     """Three light layers of a panorama.
 
     Parameters
     ----------
     panorama
         Any number of bases and of weights. With one basis of three weights the layers are exact.
+    components
+        (L, 3) the space of spectra that the layers hold, as `strongest_components` gives it; None takes that of the panorama's
+        own energy.
 
     Returns
     -------
@@ -70,9 +73,7 @@ def light_layers(panorama: SpectralPanorama) -> LightLayers:
     if not total > 0:
         raise RenderError("The panorama holds no light at all. Build the probe again.")
     matching = colour_matching_functions()
-    smooth = matching @ matching.T  # takes the places that light of one or two kinds leaves empty
-    _, vectors = np.linalg.eigh(root @ (moment + _TRACE * total / np.trace(smooth) * smooth) @ root)
-    strongest = vectors[:, ::-1][:, :3]
+    strongest = strongest_components(moment) if components is None else components
     space = np.linalg.solve(
         root, strongest
     ).T  # (3, L) spectra, and (L, 3) what projects a spectrum onto them
@@ -85,13 +86,26 @@ def light_layers(panorama: SpectralPanorama) -> LightLayers:
         raise RenderError("The panorama's light is negative throughout. Build the probe again.")
     corners = _cone(coordinates, luminance, to_luminance, solid_angle)
     weights = np.maximum(coordinates @ np.linalg.inv(corners), 0.0)
-    lost = _lost_energy(panorama, bases, weights, corners @ space, solid_angle)
+    if components is None:
+        lost = _lost_energy(panorama, bases, weights, corners @ space, solid_angle)
+    else:  # without what clipping takes, which is quicker
+        outside = np.eye(len(moment)) - root @ strongest @ space
+        lost = float(np.trace(outside.T @ moment @ outside))
     return LightLayers(
         weights=(weights / level).astype(np.float32),
         spectra=corners @ space * level,
         wavelengths_nm=WAVELENGTHS_NM.copy(),
         residual=lost / total,
     )
+
+
+def strongest_components(moment: FloatArray) -> FloatArray:
+    """The three strongest components (L, 3), orthonormal in the metric of `visual_root`, of spectra of a second moment (L, L)."""
+    root, matching = visual_root(), colour_matching_functions()
+    smooth = matching @ matching.T  # takes the places that light of one or two kinds leaves empty
+    trace = _TRACE * np.trace(moment) / np.trace(smooth)
+    _, vectors = np.linalg.eigh(root @ (moment + trace * smooth) @ root)
+    return np.asarray(vectors[:, ::-1][:, :3])
 
 
 def colour_error(panorama: SpectralPanorama, layers: LightLayers) -> float:

@@ -17,20 +17,32 @@ import numpy.typing as npt
 from ..errors import RenderError
 from ..model import BoolArray, FloatArray, SpectralPanorama
 from ..render_model import LightLayers, LightSet
-from ..spectra.colorimetry import panorama_xyz, spectra_to_xyz
+from ..spectra.colorimetry import colour_matching_functions, panorama_xyz, spectra_to_xyz
 from ..spectra.grid import WAVELENGTHS_NM, resample
-from .layers import light_layers, visual_root
-from .light_samples import Picture, light_samples, random_picture
+from .interpolation import path_shares, random_products
+from .layers import light_layers, strongest_components, visual_root
+from .light_samples import (
+    PIXELS,
+    Picture,
+    drawn_texels,
+    exposed_errors,
+    largest_error,
+    light_samples,
+    spectra_of_texels,
+    with_white,
+)
 from .region_layers import Region, region_sets
 
 MOST_SETS = 4
 """More sets would leave each too few samples."""
 
-LAYERS_SHARE = 0.5
-"""Share of the error bound that the light's layers may take; the rest is for the wavelengths."""
+LAYERS_SHARE = 0.8
+"""Share of the error bound that the light's layers may take. Both errors add about in squares, and leave 0.6 for the wavelengths:
+one of those costs a sixteenth of a render, a further set ten times as much."""
 
 _REPRESENTATIVES = 4000
 _ROUNDS = 12
+_STARTS = 8
 _SEED = 11
 
 _RANK_TOLERANCE = 1e-3
@@ -104,7 +116,8 @@ def light_rank(panorama: SpectralPanorama, most: int = 12) -> int:
     >>> light_rank(SpectralPanorama(weights, np.ones((1, 1, 61)), index, WAVELENGTHS_NM, sure > 0, sure))
     1
     """
-    values = np.linalg.svd(_representatives(panorama, None), compute_uv=False)
+    spectra = light_samples(panorama, (), _REPRESENTATIVES, _SEED).spectra
+    values = np.linalg.svd(spectra, compute_uv=False)
     return int(min(most, (values > _RANK_TOLERANCE * values[0]).sum()))
 
 
@@ -124,31 +137,23 @@ def _fixed_sets(
     """As few sets of the masked directions as keep the layers' error within the bound."""
     if not ((panorama_xyz(panorama)[..., 1] > 0) & mask).any():
         return (_black(panorama),)
-    own = of_directions(panorama, mask)
-    found: tuple[LightSet, ...] = (LightSet(light_layers(own)),)
-    error = _error(own, found, reflectances)
-    if error <= bound or light_rank(own) <= len("RGB"):
-        return found
-    spectra = _representatives(own, mask) @ visual_root()
-    projectors = [_complement(spectra)]
-    for _ in range(1, MOST_SETS):
-        projectors = _one_more(spectra, projectors)
-        groups = _groups(own, projectors)
-        tried = tuple(
-            LightSet(light_layers(of_directions(own, groups == number)))
-            for number in range(len(projectors))
-            if (own.weights[groups == number] != 0).any()
-        )
-        tried_error = _error(own, tried, reflectances)
-        if tried_error < error:
-            found, error = tried, tried_error
-        if error <= bound:
-            break
-    return found
-
-
-def _error(panorama: SpectralPanorama, sets: Sequence[LightSet], reflectances: FloatArray) -> float:
-    return float(layers_error(sets, random_picture(panorama, sets, reflectances, _SEED)).max())
+    own = panorama if mask.all() else of_directions(panorama, mask)
+    trial = _Trial(own, reflectances)
+    components = [strongest_components(trial.unit.T @ trial.unit)]
+    best, best_error = components, trial.error(components)
+    while best_error > bound and len(components) < MOST_SETS:
+        components = trial.one_more(components)
+        error = trial.error(components)
+        if error < best_error:
+            best, best_error = components, error
+    if len(best) == 1:
+        return (LightSet(light_layers(own, best[0])),)
+    groups = _groups(own, best)
+    return tuple(
+        LightSet(light_layers(of_directions(own, groups == number), component))
+        for number, component in enumerate(best)
+        if (own.weights[groups == number] != 0).any()
+    )
 
 
 def _black(panorama: SpectralPanorama) -> LightSet:
@@ -161,49 +166,99 @@ def _black(panorama: SpectralPanorama) -> LightSet:
 # ---------------------------------------------------------------- groups of directions
 
 
-def _representatives(panorama: SpectralPanorama, within: BoolArray | None) -> FloatArray:
-    """Spectra (N, 61) of random directions, each of luminance 1."""
-    samples = light_samples(panorama, (), _REPRESENTATIVES, _SEED, within=within)
-    return samples.spectra
+class _Trial:
+    """The light of random pixels direction by direction, for trying groups without making layers of them.
+
+    `spectra` (M, L) are those of the directions, `seen` (M, L) the same with luminance 1 in the metric of `visual_root`.
+    """
+
+    def __init__(self, panorama: SpectralPanorama, reflectances: FloatArray) -> None:
+        self.root = visual_root()
+        self.back = np.linalg.inv(self.root)
+        shares = path_shares(PIXELS, _SEED)
+        surfaces = with_white(reflectances)
+        self.transports = [
+            share[:, None] * random_products(surfaces, PIXELS, _SEED + 1 + path)
+            for path, share in enumerate(shares)
+        ]
+        drawn = [drawn_texels(panorama, PIXELS, _SEED + 101 + path) for path in range(len(shares))]
+        self.starts = [starts for _, starts in drawn]
+        self.lengths = [len(texels) for texels, _ in drawn]
+        self.spectra = spectra_of_texels(panorama, np.concatenate([texels for texels, _ in drawn]))
+        luminance = np.maximum(self.spectra @ colour_matching_functions()[:, 1], 1e-30)
+        self.unit = self.spectra / luminance[:, None]
+        self.seen = self.unit @ self.root
+        self.exact_xyz = self._xyz(self.spectra)
+
+    def _xyz(self, spectra: FloatArray) -> FloatArray:
+        """Tristimulus values (N, 3) of the pixels, each light of luminance 1, with these spectra of the directions."""
+        total = np.zeros((PIXELS, 3))
+        first = 0
+        for transport, starts, length in zip(self.transports, self.starts, self.lengths, strict=True):
+            rows = slice(first, first + length)
+            true, light = (np.add.reduceat(values[rows], starts) for values in (self.spectra, spectra))
+            luminance = np.maximum(true @ colour_matching_functions()[:, 1:2], 1e-30)
+            total += spectra_to_xyz(transport * light / luminance)
+            first += length
+        return total
+
+    def error(self, components: Sequence[FloatArray]) -> float:
+        """The largest error of the pixels where each direction's light is held by the group that holds it best."""
+        group = _lost(self.seen, components).argmin(-1)
+        held = np.zeros_like(self.spectra)
+        for number, component in enumerate(components):
+            own = group == number
+            held[own] = self.spectra[own] @ (self.root @ component @ component.T @ self.back)
+        return largest_error(exposed_errors(self.exact_xyz, self._xyz(held)))
+
+    def one_more(self, components: Sequence[FloatArray]) -> list[FloatArray]:
+        """Components of one more group, the best of some starts from badly held directions and those like them."""
+        generator = np.random.default_rng(_SEED)
+        few = slice(None, None, max(1, len(self.seen) // _REPRESENTATIVES))
+        seen, unit = self.seen[few], self.unit[few]
+        lost = _lost(seen, components).min(-1)
+        normal = seen / np.linalg.norm(seen, axis=-1, keepdims=True)
+        found, found_loss = list(components), np.inf
+        for start in generator.choice(len(seen), size=_STARTS, p=lost / lost.sum()).tolist():
+            nearest = np.argsort(normal @ normal[start])[-max(1, len(seen) // 20) :]
+            tried = [*components, strongest_components(unit[nearest].T @ unit[nearest])]
+            tried = _settled(seen, unit, tried)
+            loss = float(_lost(seen, tried).min(-1).sum())
+            if loss < found_loss:
+                found, found_loss = tried, loss
+        return found
 
 
-def _complement(spectra: FloatArray) -> FloatArray:
-    """Projector (L, L) onto what the three strongest components of some spectra do not hold."""
-    _, vectors = np.linalg.eigh(spectra.T @ spectra)
-    strongest = vectors[:, -3:]
-    return np.asarray(np.eye(len(vectors)) - strongest @ strongest.T)
-
-
-def _lost(spectra: FloatArray, projectors: Sequence[FloatArray]) -> FloatArray:
-    """Energy (N, G) of the spectra that each group's three components do not hold."""
-    return np.stack([((spectra @ projector) ** 2).sum(-1) for projector in projectors], axis=-1)
-
-
-def _one_more(spectra: FloatArray, projectors: Sequence[FloatArray]) -> list[FloatArray]:
-    """Projectors of one more group, started from the worst held spectra, after some rounds of assigning and fitting."""
-    lost = _lost(spectra, projectors).min(-1)
-    worst = spectra[lost >= np.quantile(lost, 0.9)]
-    found = [*projectors, _complement(worst)]
-    before = np.full(len(spectra), -1)
+def _settled(seen: FloatArray, unit: FloatArray, components: list[FloatArray]) -> list[FloatArray]:
+    """The groups' components after some rounds of assigning directions and fitting."""
+    before = np.full(len(seen), -1)
     for _ in range(_ROUNDS):
-        group = _lost(spectra, found).argmin(-1)
+        group = _lost(seen, components).argmin(-1)
         if np.array_equal(group, before):
             break
         before = group
-        found = [
-            _complement(spectra[group == number]) if (group == number).any() else projector
-            for number, projector in enumerate(found)
+        components = [
+            strongest_components(unit[group == number].T @ unit[group == number])
+            if (group == number).any()
+            else component
+            for number, component in enumerate(components)
         ]
-    return found
+    return components
 
 
-def _groups(panorama: SpectralPanorama, projectors: Sequence[FloatArray]) -> npt.NDArray[np.intp]:
+def _lost(seen: FloatArray, components: Sequence[FloatArray]) -> FloatArray:
+    """Energy (N, G) of spectra in the metric that each group's three components do not hold."""
+    total = (seen**2).sum(-1)
+    return np.stack([total - ((seen @ component) ** 2).sum(-1) for component in components], axis=-1)
+
+
+def _groups(panorama: SpectralPanorama, components: Sequence[FloatArray]) -> npt.NDArray[np.intp]:
     """Group (H, W) that holds each texel's spectrum best; no texel's 61 samples are ever formed."""
     bases = resample(panorama.wavelengths_nm, panorama.bases) @ visual_root()
-    lost = np.zeros((len(projectors), *panorama.basis_index.shape))
+    group = np.zeros(panorama.basis_index.shape, np.intp)
     for index, basis in enumerate(bases):
         mask = panorama.basis_index == index
         weights = panorama.weights[mask].astype(float)
-        for number, projector in enumerate(projectors):
-            lost[number][mask] = ((weights @ (basis @ projector @ basis.T)) * weights).sum(-1)
-    return lost.argmin(0)
+        held = [((weights @ (basis @ component)) ** 2).sum(-1) for component in components]
+        group[mask] = np.argmax(held, axis=0)
+    return group

@@ -29,7 +29,7 @@ from ..render_model import EmissionGroup, LightSet, PassPlan, SwappableLayer
 from ..spectra.colorimetry import colour_matching_functions, illuminant
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM
 from .interpolation import NodeChoice, lab_metric, second_moment
-from .light_samples import random_picture
+from .light_samples import largest_error, random_picture
 from .light_sets import light_rank
 from .plan_file import describe, load_plan, save_plan
 from .quadrature import fitted_quadrature
@@ -111,8 +111,8 @@ def make_plan(
         Number of wavelengths of every light set; "all" for the 61-wavelength reference; None for as few as keep the largest
         predicted error within the bound, of the kind that costs least.
     max_de2000
-        The bound. The error is the largest of `light_samples.PIXELS` random pixels, each light of luminance 1, exposed as
-        `compare` exposes a picture: of a picture like these about one pixel in 2000 is worse.
+        The bound on the largest predicted error, which 99 of 100 random pixels are within (`light_samples.largest_error`): each
+        light has luminance 1, and the picture is exposed as `compare` exposes one.
     emission
         Light groups beside the world.
     full_samples
@@ -153,7 +153,7 @@ def make_plan(
     chain = _Chain(sets, panorama, reflectances, emission)
     sizes = [passes] * len(sets) if passes else chain.smallest_sizes(max_de2000)
     plan = _light_basis(chain, sizes, full_samples, samples)
-    notes = _light_notes(panorama, sets)
+    notes = (*_light_notes(panorama, sets), *_swappable_notes(chain, sizes, plan, full_samples, samples))
     within = plan.predicted_de2000 is not None and plan.predicted_de2000[1] <= max_de2000
     if passes is None:
         most = MOST_PASSES if not within else int(np.ceil(plan.predicted_cost or 0.0)) - 1
@@ -241,7 +241,7 @@ class _Chain:
     def smallest_sizes(self, max_de2000: float) -> list[int]:
         """Numbers of wavelengths of the sets, as small as keep the largest error within the bound, or the best there are."""
         sizes = [FEWEST_PASSES] * len(self.sets)
-        best, best_error = list(sizes), float(self.errors(sizes).max())
+        best, best_error = list(sizes), largest_error(self.errors(sizes))
         while best_error > max_de2000:
             # A set is judged with the others at all wavelengths, or the worst would hide what a better one gains.
             alone = [self._alone(number, size) for number, size in enumerate(sizes)]
@@ -254,7 +254,7 @@ class _Chain:
             sizes[worst] = next(
                 (size for size in larger if self._alone(worst, size) < alone[worst]), MOST_PASSES
             )
-            error = float(self.errors(sizes).max())
+            error = largest_error(self.errors(sizes))
             if error < best_error:
                 best, best_error = list(sizes), error
             if min(sizes) == MOST_PASSES:
@@ -264,8 +264,8 @@ class _Chain:
     def _alone(self, number: int, size: int) -> float:
         """The largest error with so many wavelengths of one set, and all of the others."""
         everywhere = len(WAVELENGTHS_NM)
-        return float(
-            self.errors([size if other == number else everywhere for other in range(len(self.sets))]).max()
+        return largest_error(
+            self.errors([size if other == number else everywhere for other in range(len(self.sets))])
         )
 
 
@@ -273,7 +273,7 @@ def _light_basis(chain: _Chain, sizes: Sequence[int], full_samples: bool, sample
     """The light-basis plan with so many wavelengths of each set."""
     grid = len(WAVELENGTHS_NM)
     share_of_set = _set_shares(chain.sets, bool(chain.emission))
-    secondary = max(SECONDARY_SHARE, FEWEST_SAMPLES / samples)
+    secondary = _secondary_share(samples)
     rows: list[tuple[int, int, FloatArray]] = []
     references, shares, reconstruction = [], [], []
     for number, size in enumerate(sizes):
@@ -296,10 +296,19 @@ def _light_basis(chain: _Chain, sizes: Sequence[int], full_samples: bool, sample
         light_sets=tuple(number for number, _, _ in rows),
         interpolation=np.stack([weight for _, _, weight in rows]),
         emission=chain.emission,
-        predicted_de2000=(float(errors.mean()), float(errors.max())),
-        predicted_cost=float(np.maximum(np.round(np.array(shares) * samples), 1).sum() / samples),
+        predicted_de2000=(float(errors.mean()), largest_error(errors)),
+        predicted_cost=_cost(shares, samples),
         swappable=_swappable_layers(chain.sets),
     )
+
+
+def _secondary_share(samples: int) -> float:
+    return max(SECONDARY_SHARE, FEWEST_SAMPLES / samples)
+
+
+def _cost(shares: Sequence[float], samples: int) -> float:
+    """Samples of all passes over those of one full pass."""
+    return float(np.maximum(np.round(np.array(shares) * samples), 1).sum() / samples)
 
 
 def _brightness(light: LightSet) -> FloatArray:
@@ -315,6 +324,8 @@ def _set_shares(sets: Sequence[LightSet], emission: bool) -> FloatArray:
     if emission:  # shines with set 0, and how bright it is is not known
         energy[0] = max(energy[0], energy.sum() / 2)
     least = np.full(len(sets), LEAST_SET_SHARE)
+    if not energy.any():
+        energy = np.ones(len(sets))
     shares = energy / energy.sum()
     for _ in sets:  # what the dim ones get beyond their part the others give
         dim = shares <= least
@@ -343,6 +354,27 @@ def _swappable_layers(sets: Sequence[LightSet]) -> tuple[SwappableLayer, ...]:
             if name
         ]
     return tuple(layers)
+
+
+def _swappable_notes(
+    chain: _Chain, sizes: Sequence[int], plan: PassPlan, full_samples: bool, samples: int
+) -> tuple[str, ...]:
+    """What it costs that lights of the world can be exchanged: against the passes of the other sets alone."""
+    own = [number for number, light in enumerate(chain.sets) if any(light.swappable)]
+    if not own:
+        return ()
+    others = [number for number in range(len(chain.sets)) if number not in own]
+    shares: list[float] = []
+    for number, share in zip(
+        others, _set_shares([chain.sets[number] for number in others], bool(chain.emission)), strict=True
+    ):
+        secondary = share if full_samples else min(_secondary_share(samples), share)
+        shares += [share, *[secondary] * (sizes[number] - 1)]
+    passes = sum(sizes[number] for number in own)
+    more = (plan.predicted_cost or 0.0) - _cost(shares, samples)
+    return (
+        f"That lights can be exchanged takes {passes} passes of their own, predicted to cost {more:.2f} RGB renders more.",
+    )
 
 
 def _light_notes(panorama: SpectralPanorama, sets: Sequence[LightSet]) -> tuple[str, ...]:

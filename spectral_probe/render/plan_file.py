@@ -168,8 +168,8 @@ def describe(plan: PassPlan) -> list[str]:
     if plan.predicted_de2000 is not None:
         mean, largest = plan.predicted_de2000
         sentences.append(
-            f"Predicted colour error against all 61 wavelengths: dE2000 {mean:.2f} in the mean, {largest:.2f} in the worst of "
-            "2000 random pixels."
+            f"Predicted colour error against all 61 wavelengths: dE2000 {mean:.2f} in the mean, within "
+            f"{largest:.2f} for 99 of 100 pixels."
         )
     if plan.predicted_cost is not None:
         sentences.append(f"Predicted cost: the samples of {plan.predicted_cost:.3g} RGB renders.")

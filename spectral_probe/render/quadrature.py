@@ -14,7 +14,7 @@ from ..render_model import PassPlan
 from ..spectra.colorimetry import colour_matching_functions, spectra_to_xyz
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM
 from .interpolation import NodeChoice, lab_metric, second_moment
-from .light_samples import Picture
+from .light_samples import Picture, largest_error
 
 _CHANNELS = 3
 
@@ -41,8 +41,8 @@ def fitted_quadrature(
         nodes = choice.nodes(_CHANNELS * passes)
         weights = choice.weights(_CHANNELS * passes)
         errors = held_out.errors(spectra_to_xyz(exact[:, nodes] @ weights))
-        if errors.max() <= max_de2000:
-            return _plan(nodes, weights, (float(errors.mean()), float(errors.max())))
+        if largest_error(errors) <= max_de2000:
+            return _plan(nodes, weights, (float(errors.mean()), largest_error(errors)))
     return None
 
 

@@ -13,7 +13,7 @@ from ..spectra.colorimetry import colour_matching_functions, spectra_to_xyz
 from ..spectra.edits import remove_edit, stacks_of
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM, resample
 from .layers import light_layers
-from .light_samples import random_picture
+from .light_samples import largest_error, random_picture
 
 CHANNELS = 3
 _SEED = 12
@@ -93,7 +93,7 @@ def region_layers(
 
 def _largest_error(panorama: SpectralPanorama, light: LightSet, reflectances: FloatArray) -> float:
     picture = random_picture(panorama, (light,), reflectances, _SEED)
-    return float(picture.errors(spectra_to_xyz(picture.held_spectra([light.layers.spectra]))).max())
+    return largest_error(picture.errors(spectra_to_xyz(picture.held_spectra([light.layers.spectra]))))
 
 
 def _without_glass(panorama: SpectralPanorama, mask: BoolArray) -> tuple[SpectralPanorama, FloatArray]:

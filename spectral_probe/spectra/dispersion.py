@@ -128,4 +128,4 @@ def internal_transmittance(transmittance: FloatArray, n: FloatArray) -> FloatArr
     through = (1.0 - reflected) ** 2
     total = np.asarray(transmittance, float)
     inner = 2.0 * total / (through + np.sqrt(through**2 + 4.0 * square * total**2))
-    return np.clip(inner, 0.0, 1.0)
+    return np.asarray(np.clip(inner, 0.0, 1.0))

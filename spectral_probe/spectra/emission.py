@@ -73,6 +73,17 @@ def of_unit_luminance(spectrum: FloatArray) -> FloatArray:
     return np.asarray(spectrum, float) / luminance
 
 
+def radiance_of_unit_luminance() -> float:
+    """Spectral radiance per nm of equal-energy light of luminance 1: what turns a Rec.709 value into about a radiance.
+
+    Examples
+    --------
+    >>> round(1 / radiance_of_unit_luminance(), 2)
+    106.86
+    """
+    return float(1.0 / spectra_to_xyz(np.ones(61))[1])
+
+
 def _as_primaries(spectra: FloatArray) -> FloatArray:
     """The three mixtures of spectra (3, 61) whose tristimulus values are those of the Rec.709 primaries."""
     mixed: FloatArray = rec709_to_xyz(np.eye(3)) @ np.linalg.inv(spectra_to_xyz(spectra)) @ spectra

@@ -273,9 +273,9 @@ def test_render_gives_what_the_function_gives(scene, settings, probe_folder, tmp
     assert (settings.render.passes, settings.render.samples, settings.render.has_rgb) == (2, 1, True)
     assert settings.render.seconds > 0
     assert (tmp_path / "operator" / "rgb.exr").is_file()
-    shown = bpy.data.images["Spectral Probe Render"]
+    shown = bpy.data.images["Spectral Render"]
     assert tuple(shown.size) == (16, 12)
-    assert 0.05 < np.mean(shown.pixels[:]) < 1.0
+    assert np.mean(shown.pixels[:]) > 0.05  # in the unit of the photographs
 
 
 def test_compare_gives_what_the_command_gives(settings, render_folder, tmp_path, in_extension):

@@ -89,7 +89,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("plots", ["seed_from_view", "show_spectrum", "show_basis", "show_confidence", "show_sensitivities"]),
         ("world", ["light_world"]),
         ("objects", ["add_object", "add_object", "add_object"]),
-        ("render", ["render_spectral"]),
+        ("render", ["use_cycles", "plan_render", "render_spectral", "render_animation"]),
         ("swap", ["add_swappable", "remove_swappable", "swap_light"]),
         ("compare", ["compare"]),
     ],

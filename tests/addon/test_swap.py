@@ -133,3 +133,42 @@ def test_a_plan_is_kept_for_the_panel(settings, core, in_extension):
     planned = settings.planned
     assert (planned.kind, planned.passes, planned.cost, planned.max_de2000) == ("Wavelengths", 21, 21.0, 0.0)
     assert "21 RGB renders" in planned.text
+
+
+def test_the_plan_is_that_of_the_render(scene, settings, tmp_path, core, in_extension):
+    """The default cube, in daylight, with a window that is to be exchanged: said before anything is rendered."""
+    size = (16, 32)
+    weights = np.full((*size, 1), 0.1, np.float32)
+    weights[4:8, 4:8] = 5.0
+    panorama = core("model").SpectralPanorama(
+        weights,
+        core("spectra.library").daylight(6500.0)[None, None],
+        np.zeros(size, np.uint8),
+        core("spectra.grid").WAVELENGTHS_NM,
+        np.ones(size, bool),
+        np.ones(size, np.float32),
+    )
+    core("model").finish(core("editing")._write_light(panorama, tmp_path / "probe"))
+    settings.probe_directory = str(tmp_path / "probe")
+    assert not ops.plan_render.poll()  # EEVEE
+    scene.render.engine = "CYCLES"
+    for lamp in [thing for thing in scene.objects if thing.type == "LIGHT"]:
+        bpy.data.objects.remove(lamp)
+    settings.plan, settings.passes, settings.samples = "NUMBER", 4, 64
+    assert ops.plan_render() == {"FINISHED"}
+    alone = settings.planned.cost
+    row, column = 6, 6
+    bearing = (90.0 - np.degrees(np.pi * (1 - 2 * (column + 0.5) / size[1]))) % 360.0
+    settings.region.kind, settings.region.azimuth = "SEED", math.radians(bearing)
+    settings.region.elevation = math.radians(90.0 - 180.0 * (row + 0.5) / size[0])
+    ops.add_swappable()
+    assert ops.plan_render() == {"FINISHED"}
+    planned = settings.planned
+    assert (planned.kind, planned.passes) == ("Light layers", 8)
+    assert planned.cost > alone
+    assert "exchanged" in planned.text
+    probe = core("files.probe_exr").read_probe(tmp_path / "probe" / "probe.exr")
+    masks = in_extension("operators.add_swappable").marked_masks(settings, probe)
+    plan = in_extension("operators.bridge.cycles").scene_plan(scene, probe, 4, samples=64, swappable=masks)
+    assert planned.cost == pytest.approx(plan.predicted_cost)
+    assert planned.text == "\n".join(core("render.plan").describe(plan))

@@ -113,7 +113,7 @@ def radiance(scene: Any, extension: Any, tmp_path: Path) -> Callable[..., Any]:
         kind: str = "light-basis",
         world: Any = None,
         samples: int = 8,
-        level: float = 2.5,
+        level: float = 0.03,
         emission: bool = True,
     ) -> Any:
         one = kind == "light-basis"
@@ -148,6 +148,17 @@ def radiance(scene: Any, extension: Any, tmp_path: Path) -> Callable[..., Any]:
                 )
                 images.append(total + sum(groups[f"Combined_{name}"] @ np.array(s) for name, s in at.items()))
             return np.stack(images), materials.warnings
+
+    return render
+
+
+@pytest.fixture
+def render_groups(scene: Any, tmp_path: Path) -> Callable[[], dict[str, Any]]:
+    """Render with settings of spectral passes; the image and light groups by name."""
+
+    def render() -> dict[str, Any]:
+        _plain_settings(scene, 4)
+        return _render_groups(scene, tmp_path)
 
     return render
 

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-NM = [400.0, 450.0, 500.0, 550.0, 600.0, 700.0]
+NM = [440.0, 550.0, 650.0]
 KINDS = ["light-basis", "wavelength"]
 GRID = np.arange(400.0, 701.0, 5.0)
 LIGHT = np.full(61, 0.01)

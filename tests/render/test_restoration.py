@@ -63,6 +63,8 @@ def everything(scene):
         "world": dump(scene.world) if scene.world else None,
         "materials": materials,
         "groups": [dump(g) for g in bpy.data.node_groups],
+        "lamps": [dump(lamp) for lamp in bpy.data.lights],
+        "light groups": [thing.lightgroup for thing in scene.objects],
         "objects": objects,
         "data": data,
         "datablocks": sorted(
@@ -124,6 +126,12 @@ def furnished(scene, ball):
 
     lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "AREA"))
     scene.collection.objects.link(lamp)
+    lamp.data.use_temperature, lamp.data.temperature = True, 3100.0
+    lamp.data.color = (0.9, 0.5, 0.3)
+    for name in ("Own", "emission"):  # one of the passes' own names, too
+        scene.view_layers[0].lightgroups.add(name=name)
+    scene.view_layers[0].active_lightgroup_index = 0
+    lamp.lightgroup, first.lightgroup = "Own", "emission"
     scene.view_layers[0].material_override = None
     scene.view_layers.new("Other")
     bpy.context.view_layer.update()
@@ -143,6 +151,9 @@ def test_the_comparison_would_see_a_change(furnished):
             bpy.data.materials["Material"].node_tree.nodes["Shader"].inputs[1], "default_value", 0.123
         ),
         lambda: bpy.data.lights.new("Left over", "POINT"),
+        lambda: setattr(furnished.objects["Lamp"], "lightgroup", ""),
+        lambda: furnished.view_layers[0].lightgroups.remove(furnished.view_layers[0].lightgroups["Own"]),
+        lambda: setattr(bpy.data.lights["Lamp"], "temperature", 2000.0),
         lambda: setattr(furnished, "world", None),
     ]
     before = everything(furnished)
@@ -185,3 +196,20 @@ def test_after_closing_early(furnished, bridge, uniform_light, tmp_path, steps):
     job.close()
     assert differences(before, everything(furnished)) == []
     assert not (tmp_path / "image.exr").exists()
+
+
+@pytest.mark.parametrize("one_wavelength", [True, False])
+def test_after_lamps_went_on_and_off(furnished, extension, one_wavelength):
+    materials = extension("operators.bridge.materials")
+    before = everything(furnished)
+    with materials.spectral_materials(furnished, one_wavelength=one_wavelength, level=0.02) as translated:
+        names = [group.name for group in translated.emission]
+        assert names == (["emission", "lamps 1"] if one_wavelength else [])
+        for on in (False, True, False):
+            translated.shine(on)
+            translated.set_wavelengths(np.array([450.0, 550.0, 650.0]))
+        assert everything(furnished) != before
+    assert everything(furnished) == before
+    with materials.rgb_materials(furnished):
+        pass
+    assert everything(furnished) == before

@@ -95,6 +95,6 @@ def test_a_plan_is_said_in_plain_sentences():
     assert sentences[1] == "Set 1: 450, 550 nm, the most samples at 550 nm."
     text = " ".join(sentences)
     assert "4 kinds of spectrum" in text
-    assert "0.10 in the mean, 0.33 in the worst" in text
+    assert "0.10 in the mean, within 0.33 for 99 of 100 pixels" in text
     assert "1.06 RGB renders" in text
     assert sentences[-1] == "Lights that can be exchanged after rendering: window, desk, hall."

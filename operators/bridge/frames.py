@@ -1,0 +1,79 @@
+"""Frames of an animation, rendered spectrally one after another, each into a folder of its own."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...spectral_probe.errors import RenderError
+from ...spectral_probe.model import Job, Progress, part
+from .cycles import spectral_render
+from .planning import Planner
+from .render_report import SpectralRender
+
+
+def frame_folder(directory: Path, frame: int) -> Path:
+    """The folder of a frame."""
+    return directory / f"frame_{frame:04d}"
+
+
+def render_frames(
+    scene: bpy.types.Scene, planner: Planner, directory: Path, frames: Sequence[int], **words: Any
+) -> Job[tuple[SpectralRender, ...]]:
+    """Render frames of a scene spectrally; its frame is afterwards the one before.
+
+    Parameters
+    ----------
+    scene
+        The scene, as for `cycles.spectral_render`.
+    planner
+        Makes the plans: one for all frames, unless materials or lamps change.
+    directory
+        Where each frame gets a folder of its own, `frame_folder`. Finished passes of an interrupted render are kept.
+    frames
+        Which frames, in this order.
+    words
+        Further words of `spectral_render`: rgb_twin, outputs, on_change.
+    """
+    if not frames:
+        raise RenderError("No frames were asked for. Give a range such as 1-24.")
+    results = []
+    with frame_restored(scene):
+        for number, frame in enumerate(frames):
+            yield Progress(number / len(frames), f"Frame {frame}")
+            scene.frame_set(frame)
+            job = spectral_render(
+                scene, planner.probe, None, frame_folder(directory, frame), samples=planner.samples,
+                planner=planner, **words,
+            )  # fmt: skip
+            results.append(
+                (yield from part(_named(job, frame), number / len(frames), (number + 1) / len(frames)))
+            )
+    return tuple(results)
+
+
+@contextmanager
+def frame_restored(scene: bpy.types.Scene) -> Iterator[None]:
+    """The scene may show other frames while the block runs."""
+    frame, subframe = scene.frame_current, scene.frame_subframe
+    try:
+        yield
+    finally:
+        if (scene.frame_current, scene.frame_subframe) != (frame, subframe):
+            scene.frame_set(frame, subframe=subframe)
+
+
+def _named[Result](job: Job[Result], frame: int) -> Job[Result]:
+    """A job whose messages begin with the frame."""
+    try:
+        while True:
+            try:
+                progress = next(job)
+            except StopIteration as stop:
+                result: Result = stop.value
+                return result
+            yield Progress(progress.fraction, f"Frame {frame}: {progress.message}")
+    finally:
+        job.close()

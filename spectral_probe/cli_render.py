@@ -1,0 +1,107 @@
+"""The words of the verb `render`."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from pathlib import Path
+
+from .cli_output import add_output_words
+from .cli_swap import add_swappable_words
+
+TEXT = "Render a scene spectrally with a probe's light."
+EXAMPLE = "render SCENE.blend --probe out/probe.exr -o render"
+
+DEFAULT_MAX_DE2000 = 0.5
+_MOST_FRAMES = 100_000
+
+
+def add_words(parser: argparse.ArgumentParser) -> None:
+    """Give the verb its words, but for the folder to write to."""
+    parser.add_argument("scene", type=Path, metavar="SCENE.blend", help="the scene")
+    parser.add_argument("--probe", type=Path, required=True, metavar="PROBE.exr", help="the light")
+    plan = parser.add_argument_group("passes")
+    plan.add_argument(
+        "--passes",
+        type=_passes,
+        default=None,
+        metavar="N|all",
+        help="wavelengths of every light set, or all 61 (default: as few as keep the error bound)",
+    )
+    plan.add_argument(
+        "--max-de",
+        type=_error,
+        default=DEFAULT_MAX_DE2000,
+        metavar="DE",
+        help=f"bound on the largest predicted dE2000 (default {DEFAULT_MAX_DE2000:g})",
+    )
+    plan.add_argument(
+        "--samples", type=whole_number, default=None, help="samples a pixel (default: the scene's)"
+    )
+    plan.add_argument(
+        "--full-samples", action="store_true", help="give every pass all samples: no ratios between passes"
+    )
+    plan.add_argument(
+        "--plan-only", action="store_true", help="say the passes and their cost, render nothing"
+    )
+    add_swappable_words(parser)
+    frames = parser.add_mutually_exclusive_group()
+    frames.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
+    frames.add_argument(
+        "--frames",
+        type=frame_list,
+        default=None,
+        metavar="LIST",
+        help="frames of an animation, such as 1-24 or 1,5,10-20, each into a folder of its own, frame_0001 and so on",
+    )
+    parser.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
+    add_output_words(parser)
+    changed = parser.add_mutually_exclusive_group()
+    changed.add_argument(
+        "--restart", action="store_true", help="render anew, whatever the folder has of an unfinished render"
+    )
+    changed.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with the passes in the folder as they are, though the scene has changed since",
+    )
+
+
+def whole_number(text: str) -> int:
+    """A whole number above 0, for argparse."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f'"{text}" is no whole number above 0')
+    return int(text)
+
+
+def frame_list(text: str) -> tuple[int, ...]:
+    """Frames as people list them: numbers and ranges, parted by commas; each once, in the order given.
+
+    Examples
+    --------
+    >>> frame_list("1-3,10,2,-2--1")
+    (1, 2, 3, 10, -2, -1)
+    """
+    frames: dict[int, None] = {}
+    for word in text.split(","):
+        match = re.fullmatch(r"\s*(-?\d{1,7})(?:-(-?\d{1,7}))?\s*", word)
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if not match or last < first or last - first >= _MOST_FRAMES:
+            raise argparse.ArgumentTypeError(f'"{word}" is no frame and no range of frames, such as 1-24')
+        frames |= dict.fromkeys(range(first, last + 1))
+    return tuple(frames)
+
+
+def _passes(text: str) -> int | str:
+    return text if text == "all" else whole_number(text)
+
+
+def _error(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f'"{text}" is no colour difference, such as 0.5')
+    return value

@@ -1,0 +1,83 @@
+"""The scene's own world as light: exact colours, and the sky as daylight."""
+
+import bpy
+import numpy as np
+import pytest
+
+NM = [440.0, 550.0, 650.0]
+GRID = np.arange(400.0, 701.0, 5.0)
+
+
+@pytest.fixture
+def world(scene):
+    scene.world = bpy.data.worlds.new("Own")
+    return scene.world
+
+
+@pytest.fixture
+def rendered(scene, extension, render_groups):
+    """Spectral radiance (M, H, W) of the scene in the light of its own world."""
+
+    def render(kind, level=0.03):
+        own_world_light = extension("operators.bridge.own_world").own_world_light
+        one = kind == "light-basis"
+        triples = [np.full(3, nm) for nm in NM] if one else np.reshape(NM, (-1, 3))
+        images = []
+        with own_world_light(scene, one_wavelength=one, level=level) as light:
+            for triple in triples:
+                light.set_wavelengths(triple)
+                image = render_groups()["Combined"]
+                if one:
+                    images.append(image @ np.array([np.interp(triple[0], GRID, s) for s in light.spectra]))
+                else:
+                    images.extend(np.moveaxis(image, -1, 0) * level)
+        return np.stack(images)
+
+    return render
+
+
+@pytest.mark.parametrize("kind", ["light-basis", "wavelength"])
+@pytest.mark.parametrize("linked", [False, True])
+def test_a_coloured_world_is_light_of_that_colour(rendered, world, extension, kind, linked):
+    colour = np.array([0.3, 0.9, 0.2])
+    tree = world.node_tree
+    background = tree.nodes["Background"]
+    background.inputs["Strength"].default_value = 1.5
+    background.inputs["Color"].default_value = (*colour, 1.0)
+    if linked:
+        node = tree.nodes.new("ShaderNodeRGB")
+        node.outputs[0].default_value = (*colour, 1.0)
+        tree.links.new(node.outputs[0], background.inputs["Color"])
+    illuminants = extension("spectral_probe.spectra.emission").rgb_illuminants()
+    expected = np.interp(NM, GRID, 1.5 * colour @ illuminants)
+    np.testing.assert_allclose(rendered(kind)[:, 32, 32], expected, rtol=1e-4)
+    assert bpy.context.scene.world == world
+    assert len(bpy.data.worlds) == 1
+
+
+def test_a_sky_is_daylight_in_either_kind_of_pass(scene, rendered, world, extension):
+    tree = world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sun_disc, sky.sky_type = False, "PREETHAM"
+    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
+    scene.camera.rotation_euler = (np.pi * 0.7, 0.0, 0.0)
+    layers, wavelengths = rendered("light-basis"), rendered("wavelength")
+    np.testing.assert_allclose(layers, wavelengths, rtol=0.02, atol=1e-3 * layers.max())
+    modules = [extension(f"spectral_probe.spectra.{name}") for name in ("emission", "library")]
+    spectrum = layers[:, 32, 32]
+    phases = np.stack([modules[1].daylight(kelvin) for kelvin in (5000.0, 6500.0, 12000.0, 20000.0)])
+    at = np.stack([np.interp(NM, GRID, phase) for phase in phases])
+    misses = [np.abs(spectrum / spectrum[1] - phase / phase[1]).max() for phase in at]
+    assert min(misses) < 0.35, misses
+    assert spectrum[0] > spectrum[2]  # the sky is blue
+
+
+def test_without_a_world_it_is_said(scene, extension, world):
+    own_world_light = extension("operators.bridge.own_world").own_world_light
+    error = extension("spectral_probe.errors").RenderError
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
+    with pytest.raises(error, match="is dark"), own_world_light(scene, one_wavelength=True):
+        pass
+    scene.world = None
+    with pytest.raises(error, match="has no world"), own_world_light(scene, one_wavelength=True):
+        pass
