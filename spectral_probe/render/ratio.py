@@ -47,8 +47,12 @@ weighs less, in numerator and denominator alike."""
 
 _NEIGHBOURS = (15, 15)
 _SCALES_PX = (7, 3)
-_SHRINK = 4.0
-"""Squared signal to noise below which a local mean of the residual is taken for noise."""
+_SHRINK, _SHRINK_UNGUIDED = 9.0, 4.0
+"""Squared signal to noise below which a local mean of the residual is taken for noise, with and without the pass's own
+albedo: without it more is left to the residual, at the price of some fireflies, one of which reaches 5.4 in such a mean."""
+
+_ABOVE_NEIGHBOURS = 1.2
+"""How far an estimate may exceed the brightest of the pass's own samples beside it, and still its reference."""
 
 _FLOOR = 1e-3
 """Radiance, relative to the reference's mean, below which a ratio means nothing: it tends to 1 there."""
@@ -139,7 +143,8 @@ class RatioFilter:
         weight = np.minimum(1.0, _OUTLIER * usual / np.maximum(np.maximum(self._low, even), self._floor))
         ratio = albedo_ratio * _ratio_of_means(even * weight, self._low * weight, mean, self._floor)
         estimate = _within_neighbours(self._full * ratio, low, self._full)
-        estimate = np.maximum(estimate + _significant_residual(low - ratio * self._low), 0.0)
+        shrink = _SHRINK_UNGUIDED if low_guide is None else _SHRINK
+        estimate = np.maximum(estimate + _significant_residual(low - ratio * self._low, shrink), 0.0)
         pure = weight * _within_surfaces(self._guide)
         return self._with_energy_of(low * pure, self._low * pure, estimate, pure)
 
@@ -222,16 +227,16 @@ def _albedo_ratio(
 def _within_neighbours(estimate: FloatArray, low: FloatArray, full: FloatArray) -> FloatArray:
     """A highlight or firefly of the reference does not take a ratio above 1 from the dark surface round it."""
     around = np.asarray(cv2.dilate(low, np.ones((3, 3), np.uint8)))
-    return np.minimum(estimate, np.maximum(2.0 * around, full))
+    return np.minimum(estimate, np.maximum(_ABOVE_NEIGHBOURS * around, full))
 
 
-def _significant_residual(residual: FloatArray) -> FloatArray:
+def _significant_residual(residual: FloatArray, shrink: float) -> FloatArray:
     """Local means of a residual (H, W, 3), coarse to fine, as far as they stand out of their noise."""
     total = np.zeros_like(residual)
     for size in _SCALES_PX:
         local = cv2.blur(residual, (size, size))
         variance = cv2.blur((residual - local) ** 2, (2 * size + 1,) * 2) / size**2
-        shrunk = local * np.maximum(0.0, 1.0 - _SHRINK * variance / np.maximum(local**2, 1e-30))
+        shrunk = local * np.maximum(0.0, 1.0 - shrink * variance / np.maximum(local**2, 1e-30))
         total += shrunk
         residual = residual - shrunk
     return total

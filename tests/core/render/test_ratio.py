@@ -98,8 +98,8 @@ def test_without_any_guide_an_edge_in_the_ratio_is_found_from_the_pass() -> None
     render = Render(np.stack([halves(0.5, 0.5), halves(0.8, 0.05)]))
     estimate, truth = render.estimate(), render.image(1)
     middle = SIZE[1] // 2
-    assert estimate[:, middle + 4].mean() == pytest.approx(truth[:, middle + 4].mean(), rel=0.25)
-    assert estimate[:, middle - 4].mean() == pytest.approx(truth[:, middle - 4].mean(), rel=0.05)
+    assert estimate[:, middle + 6].mean() == pytest.approx(truth[:, middle + 6].mean(), rel=0.25)
+    assert estimate[:, middle - 6].mean() == pytest.approx(truth[:, middle - 6].mean(), rel=0.05)
 
 
 def test_a_firefly_of_the_few_samples_does_not_spread() -> None:
