@@ -15,6 +15,7 @@ from .pictures import show_render
 from .polls import has_probe, uses_cycles
 from .results import keep_render
 from .settings import folder_of, probe_folder
+from .swap_light import keep_lights
 
 if TYPE_CHECKING:
     from .bridge.cycles import SpectralRender
@@ -102,6 +103,7 @@ class RendersSpectrally(JobOperator):
     def finish_with(self, context: bpy.types.Context, result: SpectralRender, told: str) -> None:
         """Keep and show a result."""
         keep_render(context.scene.spectral_probe, result)
+        keep_lights(context.scene.spectral_probe, result.xyz.parent)
         show_render(result.image)
         write_preview(result.xyz)
         self.report({"INFO"}, told)

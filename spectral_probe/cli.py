@@ -151,6 +151,8 @@ def _parser() -> argparse.ArgumentParser:
     cli_render.add_words(render)
     _folder(render)
 
+    cli_swap.add_words(verb("swap", cli_swap.TEXT, cli_swap.EXAMPLE))
+
     compare = verb(
         "compare",
         "Compare a spectral with an RGB render.",

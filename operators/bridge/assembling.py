@@ -26,6 +26,7 @@ _STALE = (
     "render*.exr",
     "spectral*.exr",
     "swappable*.exr",
+    "swaps.json",
     "rgb*.exr",
 )
 
