@@ -107,6 +107,7 @@ def build_scene(description: dict[str, Any], folder: Path) -> bpy.types.Scene:
     scene.render.resolution_x, scene.render.resolution_y = description["size"]
     scene.render.resolution_percentage = 100
     scene.cycles.pixel_filter_type = "BOX"
+    scene.cycles.use_denoising = False
     for bounces in ("max_bounces", "diffuse_bounces", "glossy_bounces"):
         setattr(scene.cycles, bounces, 12)
 

@@ -119,7 +119,7 @@ def main() -> None:
         "size": description["size"],
         "seconds": {"spectral_probe": round(seconds, 2), "mitsuba": round(theirs["seconds"], 2)},
         "samples": {"spectral_probe": options.samples, "mitsuba": theirs["samples"]},
-        "mitsuba": theirs["version"],
+        "mitsuba_version": theirs["version"],
         "converged_images_differ": differences(own_truth, their_truth),
     }
     for name, xyz, truth in (("spectral_probe", ours, own_truth), ("mitsuba", theirs["xyz"], their_truth)):

@@ -79,6 +79,7 @@ def build_scene(size_px: int) -> bpy.types.Scene:
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.pixel_filter_type = "CYCLES", "BOX"
+    scene.cycles.use_denoising = False
     scene.render.resolution_x = scene.render.resolution_y = size_px
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location, camera.rotation_euler = (0.0, -5.0, 0.0), (math.pi / 2, 0.0, 0.0)

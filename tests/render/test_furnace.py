@@ -34,6 +34,8 @@ def one_pass(extension):
 def furnace(scene, bridge, extension, uniform_light, one_pass, tmp_path):
     """Render in equal light; XYZ over that of the light, which a corner of the picture shows."""
 
+    scene.cycles.use_denoising = False
+
     def render(kind, samples=32):
         job = bridge.spectral_render(
             scene,
@@ -109,6 +111,7 @@ def test_white_furnace(furnace, ball, tmp_path, surface, kind):
 def test_the_light_itself_has_its_luminance(scene, bridge, extension, uniform_light, ball, tmp_path):
     """All 61 wavelengths of the furnace add up to the light's own tristimulus value."""
     white_colour(ball())
+    scene.cycles.use_denoising = False
     scene.render.resolution_x = scene.render.resolution_y = 16
     light = uniform_light(SPECTRUM)
     job = bridge.spectral_render(

@@ -14,6 +14,7 @@ def ball_view(scene):
     """The scene's camera sees, without perspective, a ball that fills the picture."""
     scene.render.resolution_x = scene.render.resolution_y = SIZE_PX
     scene.cycles.pixel_filter_type = "BOX"
+    scene.cycles.use_denoising = False
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 2.0
     bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64)
     bpy.ops.object.shade_smooth()
