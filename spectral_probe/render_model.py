@@ -110,6 +110,9 @@ class PassPlan:
         Layers of the world's light that can be exchanged after rendering.
     notes
         Sentences on how the plan was chosen, for people.
+    level
+        What the light of a wavelength plan's passes was divided by; `reconstruction` is already multiplied by it. 1 where
+        nothing has been rendered by the plan yet.
     """
 
     kind: Literal["light-basis", "wavelength"]
@@ -125,6 +128,7 @@ class PassPlan:
     predicted_cost: float | None = None
     swappable: tuple[SwappableLayer, ...] = ()
     notes: tuple[str, ...] = ()
+    level: float = 1.0
 
     @property
     def passes(self) -> int:

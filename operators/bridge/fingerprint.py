@@ -97,8 +97,10 @@ def scene_fingerprint(scene: bpy.types.Scene) -> str:
     return walk.digest()
 
 
-def light_fingerprint(probe: SpectralPanorama) -> str:
-    """Digest of a panorama's light."""
+def light_fingerprint(probe: SpectralPanorama | None) -> str:
+    """Digest of a panorama's light; the scene's own world is part of the scene."""
+    if probe is None:
+        return "the scene's own world"
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for array in (probe.weights, probe.bases, probe.basis_index, probe.wavelengths_nm):
         digest.update(repr((array.shape, str(array.dtype))).encode())

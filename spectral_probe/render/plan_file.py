@@ -51,6 +51,7 @@ def save_plan(plan: PassPlan, path: Path) -> None:
                 for layer in plan.swappable
             ],
             "notes": list(plan.notes),
+            "level": plan.level,
         }
     )
     with written_whole(path) as temporary:
@@ -114,6 +115,7 @@ def _plan_from(content: Mapping[str, Any]) -> PassPlan:
             for layer in content["swappable"]
         ),
         notes=tuple(str(note) for note in content["notes"]),
+        level=float(content["level"]),
     )
 
 
@@ -143,6 +145,7 @@ def _consistent(plan: PassPlan) -> bool:
         and all(number >= 0 for number in plan.light_sets)
         and (plan.interpolation is None) == (plan.kind == "wavelength")
         and (plan.interpolation is None or plan.interpolation.shape == (passes, grid))
+        and 0 < plan.level < np.inf
         and all(group.spectra.shape == (3, grid) for group in plan.emission)
         and all(
             layer.recovered.shape == (grid,)
