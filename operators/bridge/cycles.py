@@ -21,7 +21,7 @@ from ...spectral_probe.render.pace import Pace, step_message
 from ...spectral_probe.render.pass_folder import PassFolder, read_pass, render_steps, sequence_samples
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
 from ...spectral_probe.render_model import WORLD, PassPlan
-from .assembling import TWIN_STEP, remove_pictures, write_pictures, write_twin
+from .assembling import TWIN_STEP, write_pictures, write_twin
 from .light import LayerLight, WavelengthLight, light_level, panorama_rec709, shown
 from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
 from .missing_files import check_textures
@@ -31,7 +31,7 @@ from .pass_settings import PassSettings, pass_settings
 from .planning import DEFAULT_MAX_DE2000, Passes, Planner, PlanRequest
 from .render_report import SpectralRender, device_name, write_report
 from .resuming import PLAN_NAME, OnChange, folder_of_steps, render_fingerprint
-from .world import temporary_light
+from .world import temporary_light, volume_left_out
 
 type Array = np.ndarray[Any, Any]
 type Light = LayerLight | WavelengthLight
@@ -131,13 +131,11 @@ def spectral_render(
     folder = folder_of_steps(directory, render_fingerprint(scene, planner, plan), scene, on_change)
     if folder.finished:
         plan, samples = load_plan(directory / PLAN_NAME), int(folder.fingerprint["samples"])
-    remove_pictures(directory)
     with ExitStack() as stack:
         settings = stack.enter_context(pass_settings(scene))
         render_to = stack.enter_context(pass_output(scene, settings.layers))
-        task = _Task(
-            scene, probe, directory, samples, settings, render_to, folder, Pace(1), list(settings.warnings)
-        )
+        warnings = [*settings.warnings, *(volume_left_out(scene.world) if probe is not None else ())]
+        task = _Task(scene, probe, directory, samples, settings, render_to, folder, Pace(1), warnings)
         yield task.pace.progress("Planning the passes")
         plan, light = yield from _spectral_passes(task, plan, planner, rgb_twin)
         seconds_rgb = (yield from _rgb_twin(task, outputs)) if rgb_twin else None
