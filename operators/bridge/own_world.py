@@ -142,7 +142,7 @@ def _translate(translation: Translation, label: str, trees: list[bpy.types.NodeT
     lit = False
     for tree, node in shaders(trees):
         for socket in node.inputs:
-            if node.type == "BACKGROUND" and socket.name == "Color":
+            if node.type in {"BACKGROUND", "EMISSION"} and socket.name == "Color":
                 lit |= not is_dark(socket) and not is_dark(node.inputs["Strength"])
                 _bind(translation, label, tree, socket, group, rows)
             elif socket.type == "RGBA" and not socket.name.startswith(("Emission", "Blackbody")):

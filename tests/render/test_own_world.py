@@ -84,16 +84,18 @@ def test_without_a_world_it_is_said(scene, extension, world):
         pass
 
 
-@pytest.mark.parametrize(("passes", "lamp"), [(4, False), (4, True), ("all", True)])
+@pytest.mark.parametrize(
+    ("passes", "colour", "lamp"),
+    [(4, (0.3, 0.9, 0.2), False), (4, (0.0, 0.0, 0.0), True), ("all", (0.3, 0.9, 0.2), True)],
+)
 def test_a_whole_render_in_the_light_of_the_own_world(
-    scene, world, bridge, extension, ball, tmp_path, passes, lamp
+    scene, world, bridge, extension, ball, tmp_path, passes, colour, lamp
 ):
     """The background has the world's colour, a white ball that of all light on it, as the RGB twin has."""
     finish, read = (
         extension("spectral_probe.model").finish,
         extension("spectral_probe.files.image_exr").read_rgb,
     )
-    colour = np.array([0.0, 0.0, 0.0]) if lamp else np.array([0.3, 0.9, 0.2])
     background = world.node_tree.nodes["Background"]
     background.inputs["Color"].default_value = (*colour, 1.0)
     background.inputs["Strength"].default_value = 1.5
@@ -110,7 +112,7 @@ def test_a_whole_render_in_the_light_of_the_own_world(
     rgb = read(result.rgb, ("R", "G", "B"))
     to_rec709 = extension("spectral_probe.spectra.colorimetry").xyz_to_rec709
     image = to_rec709(read(result.xyz, ("X", "Y", "Z")))
-    np.testing.assert_allclose(image[2, 2], 1.5 * colour, rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(image[2, 2], 1.5 * np.array(colour), rtol=1e-3, atol=1e-5)
     np.testing.assert_allclose(image[28:36, 28:36], rgb[28:36, 28:36], rtol=0.01)
     assert image[32, 32].min() > 0.1
     assert (scene.world, len(bpy.data.worlds)) == before
