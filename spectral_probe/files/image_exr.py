@@ -45,10 +45,10 @@ def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str,
         try:
             file.write(str(temporary))
         except RuntimeError as problem:
+            why = str(problem).rpartition('". ')[2].rstrip(".")
             free = shutil.disk_usage(temporary.parent).free / 1e6
             raise FileFormatError(
-                f"{path} cannot be written ({str(problem).rpartition('". ')[2]}); {free:.0f} MB are free there. Make room, or "
-                "choose another place."
+                f"{path} cannot be written ({why}); {free:.0f} MB are free there. Make room, or choose another place."
             ) from None
 
 
