@@ -51,6 +51,7 @@ def save_plan(plan: PassPlan, path: Path) -> None:
                 for layer in plan.swappable
             ],
             "notes": list(plan.notes),
+            "consecutive": plan.consecutive,
         }
     )
     with written_whole(path) as temporary:
@@ -114,6 +115,7 @@ def _plan_from(content: Mapping[str, Any]) -> PassPlan:
             for layer in content["swappable"]
         ),
         notes=tuple(str(note) for note in content["notes"]),
+        consecutive=bool(content.get("consecutive", False)),
     )
 
 
