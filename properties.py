@@ -276,6 +276,18 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     swap: PointerProperty(type=swap_properties.SPECTRAL_PROBE_PG_swap)
     planned: PointerProperty(type=swap_properties.SPECTRAL_PROBE_PG_plan)
 
+    light: EnumProperty(
+        name="Light",
+        description="What lights the spectral render, besides lamps",
+        items=(
+            ("PROBE", "Probe", "The panorama of the probe: its spectra were recovered from photographs"),
+            (
+                "WORLD",
+                "Own World",
+                "The scene's own world: its colours are taken as light of these colours, those of a Sky Texture as daylight",
+            ),
+        ),
+    )
     plan: EnumProperty(
         name="Passes",
         description="How the spectrum is sampled by Cycles passes",

@@ -35,11 +35,11 @@ def run(argv: list[str]) -> int:
 
 
 def render(arguments: argparse.Namespace) -> Job[Numbers]:
-    """Open a scene and render it spectrally in the light of a probe."""
+    """Open a scene and render it spectrally in the light of a probe or of its own world."""
     from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.files.probe_exr import read_probe
 
-    probe = read_probe(arguments.probe)
+    probe = None if arguments.world else read_probe(arguments.probe)
     check_folder(arguments.output)
     with blender_silenced():
         yield Progress(0.0, f"Opening {arguments.scene.name}")
@@ -48,7 +48,7 @@ def render(arguments: argparse.Namespace) -> Job[Numbers]:
 
 
 def render_scene(
-    scene: bpy.types.Scene, probe: SpectralPanorama, arguments: argparse.Namespace
+    scene: bpy.types.Scene, probe: SpectralPanorama | None, arguments: argparse.Namespace
 ) -> Job[Numbers]:
     """Render an open scene as the command line asks; returns the numbers of its report.json."""
     from ..spectral_probe.cli_output import output_settings_of
@@ -86,9 +86,8 @@ def render_scene(
 def _planned(scene: bpy.types.Scene, planner: Planner) -> Numbers:
     """What the plan of a scene is and costs."""
     from ..spectral_probe.render.plan import describe
-    from .bridge.cycles import check_scene, planned
+    from .bridge.cycles import planned
 
-    check_scene(scene, planner.samples)
     plan = planned(scene, planner)
     return {
         "plan": describe(plan),

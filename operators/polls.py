@@ -19,11 +19,19 @@ def has_views(operator: OperatorClass, context: bpy.types.Context) -> bool:
     return False
 
 
-def has_probe(operator: OperatorClass, context: bpy.types.Context) -> bool:
+def has_light(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """There is a probe, or the scene is lit by its own world and lamps."""
+    if context.scene.spectral_probe.light == "WORLD":
+        return True
+    return has_probe(operator, context, "Build the probe first, or set Light to Own World")
+
+
+def has_probe(
+    operator: OperatorClass, context: bpy.types.Context, message: str = "Build the probe first"
+) -> bool:
     """A probe was built, or its folder chosen."""
     settings = context.scene.spectral_probe
     directory = str(probe_folder(settings)) if settings.probe_directory else ""
-    message = "Build the probe first"
     if settings.probe_directory and probe_folder(settings).parent.name == "edits":
         message = "The files of the edited light are gone. Build the probe again, or choose its folder"
     return _has_file(operator, directory, "probe.exr", message)

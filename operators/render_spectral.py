@@ -12,7 +12,7 @@ from .add_swappable import marked_masks
 from .base import FINISHED, OperatorResult
 from .job import JobOperator
 from .pictures import show_render
-from .polls import has_probe, uses_cycles
+from .polls import has_light, uses_cycles
 from .results import keep_render
 from .settings import folder_of, probe_folder
 from .swap_light import keep_lights
@@ -43,8 +43,8 @@ class RendersSpectrally(JobOperator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """There must be a probe, and Cycles."""
-        return has_probe(cls, context) and uses_cycles(cls, context)
+        """There must be light, and Cycles."""
+        return has_light(cls, context) and uses_cycles(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """Start, or ask first."""
@@ -181,9 +181,9 @@ def planner_of(context: bpy.types.Context) -> Planner:
     from .bridge.planning import Planner, PlanRequest
 
     settings = context.scene.spectral_probe
-    probe = read_probe(probe_folder(settings) / "probe.exr")
+    probe = read_probe(probe_folder(settings) / "probe.exr") if settings.light == "PROBE" else None
     passes = {"AUTOMATIC": None, "NUMBER": settings.passes, "REFERENCE": "all"}[settings.plan]
-    masks = marked_masks(settings, probe)
+    masks = {} if probe is None else marked_masks(settings, probe)
     return Planner(
         probe, PlanRequest(passes, settings.max_de2000, settings.full_samples, masks), settings.samples
     )

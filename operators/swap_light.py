@@ -9,7 +9,7 @@ import bpy
 
 from ..spectral_probe.model import Job
 from .job import JobOperator
-from .pictures import show
+from .pictures import show_render
 from .polls import has_render_files
 from .settings import folder_of
 
@@ -63,5 +63,6 @@ class SPECTRAL_PROBE_OT_swap_light(JobOperator, bpy.types.Operator):
         settings = context.scene.spectral_probe
         directory = Path(result["written"])
         keep_lights(settings, directory)
-        show(write_preview(directory / "xyz.exr"), "Render")
+        write_preview(directory / "xyz.exr")
+        show_render(directory / "image.exr")
         self.report({"INFO"}, f"{settings.swap.light}: {result['lights'].get(settings.swap.light, '')}")

@@ -38,6 +38,7 @@ class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
         """Draw the settings, the button and what the last render took."""
         layout, settings = self.layout, context.scene.spectral_probe
         column = settings_layout(layout)
+        column.prop(settings, "light")
         column.prop(settings, "plan")
         if settings.plan == "NUMBER":
             column.prop(settings, "passes")

@@ -10,7 +10,7 @@ from pathlib import Path
 from .cli_output import add_output_words
 from .cli_swap import add_swappable_words
 
-TEXT = "Render a scene spectrally with a probe's light."
+TEXT = "Render a scene spectrally with a probe's light, or that of its own world."
 EXAMPLE = "render SCENE.blend --probe out/probe.exr -o render"
 
 DEFAULT_MAX_DE2000 = 0.5
@@ -20,7 +20,11 @@ _MOST_FRAMES = 100_000
 def add_words(parser: argparse.ArgumentParser) -> None:
     """Give the verb its words, but for the folder to write to."""
     parser.add_argument("scene", type=Path, metavar="SCENE.blend", help="the scene")
-    parser.add_argument("--probe", type=Path, required=True, metavar="PROBE.exr", help="the light")
+    light = parser.add_mutually_exclusive_group(required=True)
+    light.add_argument("--probe", type=Path, metavar="PROBE.exr", help="a probe is the light")
+    light.add_argument(
+        "--world", action="store_true", help="the scene's own world is the light, its sky being daylight"
+    )
     plan = parser.add_argument_group("passes")
     plan.add_argument(
         "--passes",

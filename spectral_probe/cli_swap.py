@@ -80,19 +80,25 @@ def add_swappable_words(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def swappable_masks(arguments: argparse.Namespace, panorama: SpectralPanorama) -> dict[str, BoolArray]:
-    """The regions that --swappable names, as masks (H, W) by name.
+def swappable_masks(arguments: argparse.Namespace, panorama: SpectralPanorama | None) -> dict[str, BoolArray]:
+    """The regions that --swappable names, as masks (H, W) of a panorama by name; None is the scene's own world.
 
     Raises
     ------
     SpectralProbeError
-        If a name is given twice, or a region cannot be used.
+        If a name is given twice, a region cannot be used, or there is no panorama.
     """
     from .files.region_json import read_region
     from .spectra.regions import region_mask
 
     regions: Sequence[tuple[str, Path]] = arguments.swappable
     masks: dict[str, BoolArray] = {}
+    if panorama is None:
+        if regions:
+            raise RenderError(
+                "--swappable names regions of a probe's light: give it with --probe, not with --world."
+            )
+        return masks
     for name, path in regions:
         if name in masks:
             raise RenderError(f'Two swappable regions are called "{name}". Give each a name of its own.')

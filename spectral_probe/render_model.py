@@ -113,6 +113,9 @@ class PassPlan:
         one render's worth, each path seen at three of the wavelengths; else each pass starts at the first sample.
     notes
         Sentences on how the plan was chosen, for people.
+    level
+        What the light of a wavelength plan's passes was divided by; `reconstruction` is already multiplied by it. 1 where
+        nothing has been rendered by the plan yet.
     """
 
     kind: Literal["light-basis", "wavelength"]
@@ -129,6 +132,7 @@ class PassPlan:
     swappable: tuple[SwappableLayer, ...] = ()
     notes: tuple[str, ...] = ()
     consecutive: bool = False
+    level: float = 1.0
 
     @property
     def passes(self) -> int:

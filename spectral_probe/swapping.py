@@ -14,11 +14,22 @@ from .errors import FileFormatError
 from .files.atomic import check_folder, written_whole
 from .files.image_exr import read_channels, write_channels
 from .model import FloatArray, Job, Progress
+from .render.outputs import IMAGE_ORIGIN, WHITE_ATTRIBUTE, picture_header, picture_rgb
 from .render.plan_file import load_plan
-from .render.swap import Swap, SwapKeeps, SwapKind, checked_name, light_names, swapped_xyz, told
-from .spectra.colorimetry import xyz_to_rec709
+from .render.swap import (
+    SWAPPABLE_STEM,
+    Swap,
+    SwapKeeps,
+    SwapKind,
+    checked_name,
+    light_names,
+    swapped_xyz,
+    told,
+)
 from .spectra.edits import lamp_spectrum
 from .spectra.glass import glass_transmittance
+from .spectra.white import parse_white
+from .spectra.working_space import space_of_header
 
 type Numbers = dict[str, Any]
 
@@ -37,7 +48,7 @@ def swap_light(
     keeps: SwapKeeps = "luminance",
     output: Path | None = None,
 ) -> Job[Numbers]:
-    """Exchange a light of a finished render and write its images.
+    """Exchange a light of a finished render and write its images, of every view layer.
 
     Parameters
     ----------
@@ -74,11 +85,12 @@ def swap_light(
         swaps[name] = Swap("glass", _label(glass), glass_transmittance(glass))
     else:
         swaps.pop(name, None)
-    yield Progress(0.1, "Adding up the light")
-    xyz = swapped_xyz(source, plan, swaps)
-    yield Progress(0.6, "Writing the images")
     lights = told(swaps, light_names(plan))
-    _write_images(source, target, xyz)
+    for suffix in _layer_suffixes(source):
+        yield Progress(0.1, "Adding up the light")
+        xyz = swapped_xyz(source, plan, swaps, suffix)
+        yield Progress(0.6, "Writing the images")
+        _write_images(source, target, xyz, suffix)
     _write_report(source, target, lights)
     _write_swaps(target / SWAPS_NAME, swaps)
     return {"lights": lights, "written": str(target)}
@@ -127,15 +139,29 @@ def _label(thing: str | Path) -> str:
     return path.name if path.is_file() else str(thing)
 
 
-def _write_images(source: Path, target: Path, xyz: FloatArray) -> None:
-    """Write xyz.exr and image.exr, uncompressed (that is what is fast); alpha stays."""
-    rgb = xyz_to_rec709(xyz)
-    for name, axes, values in (("xyz.exr", "XYZ", xyz), ("image.exr", "RGB", rgb)):
+def _layer_suffixes(source: Path) -> list[str]:
+    """What the names of the view layers' files end with; nothing for the first."""
+    stored = sorted(source.glob(f"{SWAPPABLE_STEM}*.exr"))
+    return [path.stem.removeprefix(SWAPPABLE_STEM) for path in stored] or [""]
+
+
+def _write_images(source: Path, target: Path, xyz: FloatArray, suffix: str) -> None:
+    """Write xyz.exr and image.exr, uncompressed (that is what is fast).
+
+    Alpha, colour space and adaptation stay those of the render; the image is not denoised, which takes Blender.
+    """
+    for name, axes in ((f"xyz{suffix}.exr", "XYZ"), (f"image{suffix}.exr", "RGB")):
         channels, header = read_channels(source / name)
+        kept = {"comments": header["comments"]} if "comments" in header else {}
+        values = xyz
+        if axes == "RGB":
+            white = parse_white(str(header.get(WHITE_ATTRIBUTE, "")))
+            space = space_of_header(header, name)
+            values = picture_rgb(xyz, space, white)
+            kept = picture_header(space, white, IMAGE_ORIGIN)
         planes = {axis: np.ascontiguousarray(values[..., index]) for index, axis in enumerate(axes)}
         for further, plane in channels.items():
             planes.setdefault(further, plane)
-        kept = {"comments": header["comments"]} if "comments" in header else {}
         write_channels(target / name, planes, {**kept, "compression": OpenEXR.NO_COMPRESSION})
 
 

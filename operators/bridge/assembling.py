@@ -8,34 +8,32 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...spectral_probe.files.atomic import UNFINISHED
 from ...spectral_probe.render.assemble import assemble
 from ...spectral_probe.render.outputs import OutputSettings, bands_wanted, write_outputs, write_rgb_twin
 from ...spectral_probe.render.pass_folder import PassFolder, read_pass
 from ...spectral_probe.render_model import WORLD, PassImage, PassPlan, RenderStep
 from ...spectral_probe.spectra.working_space import working_space
 from .denoise import denoised, wants_denoising
+from .render_report import REPORT_NAME
 from .translation import working_to_rec709
 
 type Array = np.ndarray[Any, Any]
 
 TWIN_STEP = "rgb"
-_STALE = (
-    "report.json",
-    "xyz*.exr",
-    "image*.exr",
-    "render*.exr",
-    "spectral*.exr",
-    "swappable*.exr",
-    "swaps.json",
-    "rgb*.exr",
-)
+_PICTURES = ("xyz", "image", "render", "rgb", "swappable", "spectral")
 
 
-def remove_pictures(directory: Path) -> None:
-    """Remove the files of an earlier render, lest they be taken for those of this one."""
-    for pattern in _STALE:
-        for stale in directory.glob(pattern):
-            stale.unlink()
+def remove_pictures(directory: Path, view_layers: Sequence[str]) -> None:
+    """Remove the files of an earlier render of these view layers, lest they be taken for those of this one.
+
+    A probe's own spectral.exr in the folder stays.
+    """
+    for name in (REPORT_NAME, "swaps.json"):
+        (directory / name).unlink(missing_ok=True)
+    for suffix in layer_suffixes(view_layers):
+        for picture in _PICTURES[:-1] if (directory / "probe.exr").is_file() and not suffix else _PICTURES:
+            (directory / f"{picture}{suffix}.exr").unlink(missing_ok=True)
 
 
 def write_pictures(
@@ -56,7 +54,7 @@ def write_pictures(
         smooth = None
         if wants_denoising(scene, settings.denoise):
             smooth = denoised(assembled.xyz, assembled.guide)
-        with TemporaryDirectory(prefix=".writing-", dir=directory) as temporary:
+        with TemporaryDirectory(prefix=UNFINISHED, dir=directory) as temporary:
             files = write_outputs(
                 Path(temporary), plan, assembled, settings, space=space, denoised_xyz=smooth
             )
@@ -76,9 +74,13 @@ def write_twin(folder: PassFolder, level: float, settings: OutputSettings, direc
 
 def layer_suffixes(names: Sequence[str]) -> list[str]:
     """What tells the files of view layers apart: nothing for the first, the layer's name for the others."""
-    cleaned = [bpy.path.clean_name(name) for name in names]
-    numbered = enumerate(cleaned[1:], start=2)
-    return ["", *(f"_{name}" if cleaned.count(name) == 1 else f"_{name}_{n}" for n, name in numbered)]
+    suffixes = [""]
+    for name in names[1:]:
+        suffix, taken = f"_{bpy.path.clean_name(name)}", {one.lower() for one in suffixes}
+        while suffix.lower() in taken:
+            suffix += f"_{len(suffixes) + 1}"
+        suffixes.append(suffix)
+    return suffixes
 
 
 def _reader(folder: PassFolder, layer: int) -> Callable[[RenderStep], PassImage]:

@@ -5,8 +5,8 @@ the scene, the light and the settings are those it began with (`fingerprint`).
 """
 
 import time
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,16 +21,17 @@ from ...spectral_probe.render.pace import Pace, step_message
 from ...spectral_probe.render.pass_folder import PassFolder, read_pass, render_steps, sequence_samples
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
 from ...spectral_probe.render_model import WORLD, PassPlan
-from .assembling import TWIN_STEP, remove_pictures, write_pictures, write_twin
-from .light import LayerLight, WavelengthLight, light_level, panorama_rec709
+from .assembling import TWIN_STEP, write_pictures, write_twin
+from .light import LayerLight, WavelengthLight, light_level, panorama_rec709, shown
 from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
 from .missing_files import check_textures
+from .own_world import OwnWorld, own_world_light
 from .pass_output import RenderTo, pass_output
 from .pass_settings import PassSettings, pass_settings
 from .planning import DEFAULT_MAX_DE2000, Passes, Planner, PlanRequest
 from .render_report import SpectralRender, device_name, write_report
 from .resuming import PLAN_NAME, OnChange, folder_of_steps, render_fingerprint
-from .world import temporary_light
+from .world import temporary_light, volume_left_out
 
 type Array = np.ndarray[Any, Any]
 type Light = LayerLight | WavelengthLight
@@ -44,7 +45,7 @@ class _Task:
     """
 
     scene: bpy.types.Scene
-    probe: SpectralPanorama
+    probe: SpectralPanorama | None
     directory: Path
     samples: int
     settings: PassSettings
@@ -58,7 +59,7 @@ class _Task:
 
 def spectral_render(
     scene: bpy.types.Scene,
-    probe: SpectralPanorama,
+    probe: SpectralPanorama | None,
     plan: PassPlan | None,
     directory: Path,
     *,
@@ -72,17 +73,18 @@ def spectral_render(
     on_change: OnChange = "refuse",
     planner: Planner | None = None,
 ) -> Job[SpectralRender]:
-    """Render a scene in the spectral light of a panorama.
+    """Render a scene in the spectral light of a panorama, or of its own world.
 
     Parameters
     ----------
     scene
         A Cycles scene with a camera. It comes back exactly as it was, whatever happens.
     probe
-        The light. A world made by "Light the World" turns and scales it; without one it is used as it is.
+        The light. A world made by "Light the World" turns and scales it; without one it is used as it is. None lights
+        the scene with its own world.
     plan
         The passes; None makes a plan for this scene and this light. A light-basis plan must have been made for the
-        layers of this panorama.
+        layers of this light.
     directory
         Where to write passes/, the files of `render.outputs`, rgb.exr, plan.json and report.json. Finished passes of a stopped
         render of the same scene in the same light are kept, and not rendered again.
@@ -121,7 +123,7 @@ def spectral_render(
     RenderError
         If the scene cannot be rendered as asked; a `resuming.SceneChangedError` if `on_change` has to be decided.
     """
-    check_scene(scene, samples)
+    check_scene(scene, samples, own_world=probe is None)
     directory = Path(directory)
     request = PlanRequest(passes, max_de2000, full_samples, swappable or {})
     planner = planner or Planner(probe, request, samples)
@@ -129,13 +131,11 @@ def spectral_render(
     folder = folder_of_steps(directory, render_fingerprint(scene, planner, plan), scene, on_change)
     if folder.finished:
         plan, samples = load_plan(directory / PLAN_NAME), int(folder.fingerprint["samples"])
-    remove_pictures(directory)
     with ExitStack() as stack:
         settings = stack.enter_context(pass_settings(scene))
         render_to = stack.enter_context(pass_output(scene, settings.layers))
-        task = _Task(
-            scene, probe, directory, samples, settings, render_to, folder, Pace(1), list(settings.warnings)
-        )
+        warnings = [*settings.warnings, *(volume_left_out(scene.world) if probe is not None else ())]
+        task = _Task(scene, probe, directory, samples, settings, render_to, folder, Pace(1), warnings)
         yield task.pace.progress("Planning the passes")
         plan, light = yield from _spectral_passes(task, plan, planner, rgb_twin)
         seconds_rgb = (yield from _rgb_twin(task, outputs)) if rgb_twin else None
@@ -148,31 +148,17 @@ def spectral_render(
     return result
 
 
-def scene_plan(
-    scene: bpy.types.Scene,
-    probe: SpectralPanorama,
-    passes: Passes = None,
-    *,
-    samples: int = 128,
-    max_de2000: float = DEFAULT_MAX_DE2000,
-    full_samples: bool = False,
-    swappable: Mapping[str, Array] | None = None,
-) -> PassPlan:
-    """The plan that `spectral_render` makes for a scene and its light; see there for the words."""
-    request = PlanRequest(passes, max_de2000, full_samples, swappable or {})
-    return planned(scene, Planner(probe, request, samples))
-
-
 def planned(scene: bpy.types.Scene, planner: Planner) -> PassPlan:
-    """The plan that a planner makes for a scene; the scene comes back as it was."""
+    """The plan that `spectral_render` makes with a planner for a scene, which comes back as it was."""
+    check_scene(scene, planner.samples, own_world=planner.probe is None)
     if planner.request.passes == "all":
         return reference_plan()
-    with spectral_materials(scene, one_wavelength=True, level=light_level(planner.probe)) as materials:
-        return planner.plan(materials)
+    with _translated(scene, planner.probe, True, light_level(planner.probe)) as (materials, world):
+        return planner.plan(materials, world)
 
 
-def check_scene(scene: bpy.types.Scene, samples: int) -> None:
-    """Refuse a scene that cannot be rendered spectrally.
+def check_scene(scene: bpy.types.Scene, samples: int, *, own_world: bool = False) -> None:
+    """Refuse a scene that cannot be rendered spectrally; `own_world` says that its world is the light.
 
     Raises
     ------
@@ -188,10 +174,24 @@ def check_scene(scene: bpy.types.Scene, samples: int) -> None:
         raise RenderError(f'Scene "{scene.name}" has no camera. Add one and make it the active camera.')
     if samples < 1:
         raise RenderError(f"{samples} samples were asked for; give at least 1.")
-    check_textures(scene)
+    check_textures(scene, own_world=own_world)
 
 
 # ---------------------------------------------------------------- passes
+
+
+@contextmanager
+def _translated(
+    scene: bpy.types.Scene, probe: SpectralPanorama | None, one_wavelength: bool, level: float
+) -> Iterator[tuple[SpectralMaterials, OwnWorld | None]]:
+    """Materials and lamps that can be set to wavelengths, and the scene's own world where no probe lights it."""
+    with spectral_materials(scene, one_wavelength=one_wavelength, level=level) as materials:
+        if probe is not None:
+            yield materials, None
+            return
+        lamps = bool(materials.emitters)
+        with own_world_light(scene, one_wavelength=one_wavelength, level=level, may_be_dark=lamps) as world:
+            yield materials, world
 
 
 def _spectral_passes(
@@ -202,17 +202,21 @@ def _spectral_passes(
     wavelength = plan.kind == "wavelength" if plan else planner.request.passes == "all"
     light: Light
     if not wavelength:
-        with spectral_materials(task.scene, one_wavelength=True, level=level) as materials:
-            plan = plan or planner.plan(materials)
+        with _translated(task.scene, task.probe, True, level) as (materials, world):
+            plan = plan or planner.plan(materials, world)
             if plan.kind == "light-basis":
-                light = LayerLight(planner.sets(materials))
+                light = LayerLight(planner.sets(materials, world), materials.emission, world)
                 plan = light.checked(plan)
+                task.warnings.extend(world.warnings if world else ())
                 yield from _render_steps(task, plan, light, materials, rgb_twin, kept)
                 return plan, light
-    with spectral_materials(task.scene, one_wavelength=False, level=level) as materials:
-        light = WavelengthLight(task.probe, task.warnings)
-        plan = plan or reference_plan()
-        plan = plan if kept else light.checked(plan)
+    plan = plan or reference_plan()
+    if kept:  # the passes there are were divided by it
+        level = plan.level
+    with _translated(task.scene, task.probe, False, level) as (materials, world):
+        light = WavelengthLight(task.probe, level, task.warnings, world)
+        plan = light.checked(plan)
+        task.warnings.extend(world.warnings if world else ())
         yield from _render_steps(task, plan, light, materials, rgb_twin, kept)
         return plan, light
 
@@ -232,19 +236,16 @@ def _render_steps(
     task.kept.extend(step.name for step in steps if step not in missing)
     if not missing:
         return
-    lit: object = None
     groups = [WORLD, *(group.name for group in plan.emission)]
-    with temporary_light(task.scene, *task.probe.weights.shape[:2]) as set_light:
+    with shown(task.scene, light) as show:
         for number, step in enumerate(steps):
             if step not in missing:
                 continue
             yield task.pace.progress(step_message(plan, steps, number, task.samples))
             start = time.perf_counter()
             first_set = plan.light_sets[step.pass_number] == 0
-            if (wanted := light.key(plan, step.pass_number)) != lit:
-                set_light(light.pixels(plan, step.pass_number))
-                materials.shine(first_set)
-                lit = wanted
+            show(plan, step.pass_number)
+            materials.shine(first_set)
             materials.set_wavelengths(plan.wavelengths_nm[step.pass_number])
             task.settings.set_samples(
                 sequence_samples(plan, task.samples, step), step.first_sample, step.samples
@@ -262,16 +263,18 @@ def _beyond(plan: PassPlan) -> list[str]:
 
 def _rgb_twin(task: _Task, outputs: OutputSettings) -> Job[float]:
     """Render the RGB twin with the same samples, write rgb.exr in the unit of image.exr, and return the seconds."""
-    to_rec709 = working_to_rec709()
-    world = panorama_rec709(task.probe)
-    level = 1.0 if task.emitters else float(world.mean())  # lamps shine as the user set them
-    folder = task.folder
+    level, folder = 1.0, task.folder
+    world = None if task.probe is None else panorama_rec709(task.probe)
+    if world is not None and not task.emitters:  # lamps shine as the user set them
+        level = float(world.mean())
     path = folder.path(TWIN_STEP)  # in the working space and at the level of the passes
     if not folder.holds(TWIN_STEP):
         yield task.pace.progress("Rendering in RGB")
-        with rgb_materials(task.scene), temporary_light(task.scene, *world.shape[:2]) as set_light:
+        with rgb_materials(task.scene), ExitStack() as stack:
             start = time.perf_counter()
-            set_light(world @ np.linalg.inv(to_rec709).T / level)
+            if world is not None:
+                set_light = stack.enter_context(temporary_light(task.scene, *world.shape[:2]))
+                set_light(world @ np.linalg.inv(working_to_rec709()).T / level)
             task.settings.set_samples(task.samples, 0, task.samples)
             task.render_to(path, [WORLD], False)
             folder.record(TWIN_STEP, time.perf_counter() - start, task.samples)

@@ -62,7 +62,10 @@ _SESSION = {
 _SESSION_STARTS = ("bl_", "show_", "active_", "is_evaluated", "is_editable", "is_library", "is_missing", "is_runtime",
                    "is_embedded", "is_linked", "is_editmode", "total_", "use_pin", "use_apply_on")  # fmt: skip
 
-_OWNED_BY_COLOUR = "location"
+_RENDERED = ("show_render",)
+"""Exceptions: whether a modifier takes part in renders."""
+
+_NODE_PLACE = "location"
 """Nodes' place in the editor: a property of nodes that other structures have, too, where it counts."""
 
 _GEOMETRY = ("MESH", "CURVES", "POINTCLOUD")
@@ -97,8 +100,10 @@ def scene_fingerprint(scene: bpy.types.Scene) -> str:
     return walk.digest()
 
 
-def light_fingerprint(probe: SpectralPanorama) -> str:
-    """Digest of a panorama's light."""
+def light_fingerprint(probe: SpectralPanorama | None) -> str:
+    """Digest of a panorama's light; the scene's own world is part of the scene."""
+    if probe is None:
+        return "the scene's own world"
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for array in (probe.weights, probe.bases, probe.basis_index, probe.wavelengths_nm):
         digest.update(repr((array.shape, str(array.dtype))).encode())
@@ -192,7 +197,7 @@ class _Walk:
     def _tree(self, tree: bpy.types.NodeTree) -> None:
         for node in tree.nodes:
             self.add(node.bl_idname)
-            self.structure(node, lambda name: name == _OWNED_BY_COLOUR)
+            self.structure(node, lambda name: name == _NODE_PLACE)
         links = [
             (link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier, link.is_muted)
             for link in tree.links
@@ -250,7 +255,8 @@ class _Walk:
         """Add all properties of a structure but those that are left out."""
         for prop in owner.bl_rna.properties:
             name = prop.identifier
-            if name in _SESSION or name.startswith(_SESSION_STARTS) or left_out(name):
+            session = name in _SESSION or (name.startswith(_SESSION_STARTS) and name not in _RENDERED)
+            if session or left_out(name):
                 continue
             self._property(owner, prop)
         self.custom(owner)

@@ -1,26 +1,46 @@
 """What the world's pixels hold in the passes of either kind of plan, and in the RGB twin."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+import bpy
 import numpy as np
 
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import SpectralPanorama
-from ...spectral_probe.render_model import LightSet, PassPlan
+from ...spectral_probe.render_model import EmissionGroup, LightSet, PassPlan
 from ...spectral_probe.spectra.colorimetry import spectra_to_xyz, xyz_to_rec709
+from ...spectral_probe.spectra.emission import radiance_of_unit_luminance
 from ...spectral_probe.spectra.grid import resample
+from .own_world import OwnWorld
+from .world import temporary_light
 
 type Array = np.ndarray[Any, Any]
+type Show = Callable[[PassPlan, int], None]
 
 
 class LayerLight:
-    """Light of a light-basis plan: three layers a set, the same in every pass of the set."""
+    """Light of a light-basis plan: three layers a set, the same in every pass of the set.
 
-    def __init__(self, sets: Sequence[LightSet]) -> None:
-        self.sets = tuple(sets)
+    `emission` are the light groups that shine beside it, `world` is the scene's own where that holds the layers.
+    """
+
+    def __init__(
+        self,
+        sets: Sequence[LightSet],
+        emission: Sequence[EmissionGroup] = (),
+        world: OwnWorld | None = None,
+    ) -> None:
+        self.sets, self.emission, self.world = tuple(sets), tuple(emission), world
         self.residual = max(light.layers.residual for light in sets)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the layers in pixels."""
+        height, width, _ = self.sets[0].layers.weights.shape
+        return height, width
 
     def key(self, plan: PassPlan, number: int) -> int:
         """What tells the world's pixels in a pass from those in another."""
@@ -31,27 +51,50 @@ class LayerLight:
         return self.sets[plan.light_sets[number]].layers.weights
 
     def checked(self, plan: PassPlan) -> PassPlan:
-        """The plan, if it was made for these sets: its interpolation of a constant must give their spectra."""
+        """The plan, if it was made for these sets and lamps: its interpolation of a constant must give their spectra."""
         owners = np.asarray(plan.light_sets)
         fits = set(plan.light_sets) == set(range(len(self.sets)))
         for number, light in enumerate(self.sets) if fits else ():
-            spectra, tolerance = light.layers.spectra, 1e-3 * np.abs(light.layers.spectra).max()
-            held = plan.reconstruction[owners == number].sum(0)
-            fits &= np.allclose(held, spectra, rtol=1e-3, atol=max(tolerance, 1e-30))
+            fits &= _alike(plan.reconstruction[owners == number].sum(0), light.layers.spectra)
         if not fits:
-            raise RenderError("The plan was made for another panorama. Make a new plan for this one.")
+            raise RenderError("The plan was made for another light. Make a new plan for this one.")
+        names = [group.name for group in self.emission]
+        if [group.name for group in plan.emission] != names or not all(
+            _alike(planned.spectra, own.spectra)
+            for planned, own in zip(plan.emission, self.emission, strict=True)
+        ):
+            raise RenderError("The plan was made for other lamps. Make a new plan for those of the scene.")
         return plan
 
 
 class WavelengthLight:
-    """Light of a wavelength plan: the panorama's radiance at the three wavelengths of a pass, about 1 in the mean."""
+    """Light of a wavelength plan: radiance at the three wavelengths of a pass over a level, about 1 in the mean.
+
+    It is a panorama's, or, where `probe` is None, that of the scene's own `world`.
+    """
 
     residual = 0.0
 
-    def __init__(self, probe: SpectralPanorama, warnings: list[str]) -> None:
-        self.probe = probe
-        self.level = light_level(probe)
-        self.warnings = warnings
+    def __init__(
+        self,
+        probe: SpectralPanorama | None,
+        level: float,
+        warnings: list[str],
+        world: OwnWorld | None = None,
+    ) -> None:
+        self.probe, self.level, self.warnings, self.world = probe, level, warnings, world
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the panorama in pixels."""
+        height, width = self._panorama.basis_index.shape
+        return height, width
+
+    @property
+    def _panorama(self) -> SpectralPanorama:
+        if self.probe is None:
+            raise ValueError("the light is the scene's own world")
+        return self.probe
 
     def key(self, _plan: PassPlan, number: int) -> int:
         """What tells the world's pixels in a pass from those in another."""
@@ -59,7 +102,7 @@ class WavelengthLight:
 
     def pixels(self, plan: PassPlan, number: int) -> Array:
         """Radiance (H, W, 3) at the pass's wavelengths over the level; negative light (which eq. 10 alone allows) is left out."""
-        probe = self.probe
+        probe = self._panorama
         bases = resample(probe.wavelengths_nm, probe.bases, plan.wavelengths_nm[number])
         radiance = _per_texel(probe, bases) / self.level
         if radiance.min() < -1e-3:
@@ -67,8 +110,31 @@ class WavelengthLight:
         return np.maximum(radiance, 0.0)
 
     def checked(self, plan: PassPlan) -> PassPlan:
-        """The plan with the panorama's level, by which the light is divided, put back into its sum."""
-        return replace(plan, reconstruction=plan.reconstruction * self.level)
+        """The plan with the level, by which the light is divided, in its sum: once, however often it has been rendered."""
+        return replace(plan, reconstruction=plan.reconstruction * (self.level / plan.level), level=self.level)
+
+
+@contextmanager
+def shown(scene: bpy.types.Scene, light: LayerLight | WavelengthLight) -> Iterator[Show]:
+    """Light the scene while the block runs; yields the function that sets the light to a pass of a plan."""
+    world = light.world
+    if world is not None:
+        yield lambda plan, number: world.set_wavelengths(plan.wavelengths_nm[number])
+        return
+    with temporary_light(scene, *light.size) as set_pixels:
+        lit: list[int] = []
+
+        def show(plan: PassPlan, number: int) -> None:
+            if lit != [light.key(plan, number)]:
+                set_pixels(light.pixels(plan, number))
+                lit[:] = [light.key(plan, number)]
+
+        yield show
+
+
+def _alike(spectra: Array, others: Array) -> bool:
+    tolerance = max(1e-3 * float(np.abs(others).max()), 1e-30)
+    return spectra.shape == others.shape and np.allclose(spectra, others, rtol=1e-3, atol=tolerance)
 
 
 def _per_texel(probe: SpectralPanorama, values: Array) -> Array:
@@ -86,8 +152,13 @@ def panorama_rec709(probe: SpectralPanorama) -> Array:
     return np.maximum(_per_texel(probe, xyz_to_rec709(spectra_to_xyz(bases))), 0.0)
 
 
-def light_level(probe: SpectralPanorama) -> float:
-    """Mean radiance per nm of the panorama, by which light is divided before Cycles: some of its thresholds are absolute."""
+def light_level(probe: SpectralPanorama | None) -> float:
+    """Mean radiance per nm of the light, by which it is divided before Cycles: some of its thresholds are absolute.
+
+    Without a probe the scene's own world shines as bright as in RGB.
+    """
+    if probe is None:
+        return radiance_of_unit_luminance()
     mean = probe.bases.mean(-1)[..., None].repeat(3, -1)
     level = float(np.maximum(_per_texel(probe, mean)[..., 0], 0.0).mean())
     if not level > 0:

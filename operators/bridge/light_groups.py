@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 import bpy
 
 from ...spectral_probe.render_model import WORLD
-from .restore import changed
+from .restore import changed, in_scene
 
 
 @contextmanager
@@ -22,7 +22,7 @@ def light_groups(
         if groups:
             for layer in scene.view_layers:
                 stack.enter_context(_on_layer(layer, (WORLD, *groups)))
-            for thing in scene.objects:
+            for thing in shown_objects(scene):
                 group = members.get(thing, "")
                 if thing.lightgroup != group:
                     stack.enter_context(changed(thing, lightgroup=group))
@@ -42,6 +42,11 @@ def _on_layer(layer: bpy.types.ViewLayer, names: Sequence[str]) -> Iterator[None
         for name in missing:
             layer.lightgroups.remove(layer.lightgroups[name])
         layer.active_lightgroup_index = active
+
+
+def shown_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The objects of a scene, and those that it shows as instances of collections that are not in it."""
+    return in_scene(scene, bpy.data.objects)
 
 
 def shown_by(
@@ -65,10 +70,10 @@ def shown_by(
                     seen.add(user)
                     pending.append(user)
         if any(layer.material_override == owner for layer in scene.view_layers):
-            for thing in scene.objects:
+            for thing in shown_objects(scene):
                 if thing.type not in {"LIGHT", "CAMERA", "EMPTY"}:
                     shown.setdefault(thing, set()).add(owner)
-    return [(thing, shown[thing]) for thing in scene.objects if thing in shown]
+    return [(thing, shown[thing]) for thing in shown_objects(scene) if thing in shown]
 
 
 def _passes_on(used: bpy.types.ID, user: bpy.types.ID) -> bool:

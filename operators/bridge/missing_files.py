@@ -9,8 +9,8 @@ from .restore import in_scene
 _NAMED = 3
 
 
-def check_textures(scene: bpy.types.Scene) -> None:
-    """Refuse a scene that uses images whose files are missing.
+def check_textures(scene: bpy.types.Scene, *, own_world: bool = False) -> None:
+    """Refuse a scene that uses images whose files are missing; those of its world only if that is the light.
 
     Raises
     ------
@@ -21,7 +21,7 @@ def check_textures(scene: bpy.types.Scene) -> None:
     missing = [
         image
         for image in (in_scene(scene, candidates) if candidates else [])
-        if not _only_in_world(scene, image)
+        if own_world or not _only_in_world(scene, image)
     ]
     if missing:
         named = ", ".join(f'"{image.name}" ({image.filepath})' for image in missing[:_NAMED])

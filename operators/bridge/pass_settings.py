@@ -100,5 +100,7 @@ def _left_out(scene: bpy.types.Scene, layers: tuple[bpy.types.ViewLayer, ...]) -
         yield "Stereoscopy is off in a spectral render: the scene's own camera was rendered once."
     if render.use_freestyle and any(layer.use_freestyle for layer in layers):
         yield "Freestyle lines are not spectral and were left out, of the RGB render too."
+    if any(layer.world_override not in {None, scene.world} for layer in layers):
+        yield "Worlds that view layers have of their own were left out: all layers were lit alike."
     if any(thing.type == "GREASEPENCIL" and not thing.hide_render for thing in scene.objects):
         yield "Grease Pencil strokes are not spectral and were left out, of the RGB render too."

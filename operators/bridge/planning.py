@@ -12,6 +12,7 @@ from ...spectral_probe.render.light_sets import light_sets
 from ...spectral_probe.render.plan import make_plan
 from ...spectral_probe.render_model import LightSet, PassPlan
 from .materials import SpectralMaterials
+from .own_world import OwnWorld
 
 type Array = np.ndarray[Any, Any]
 type Passes = int | Literal["all"] | None
@@ -49,16 +50,21 @@ class PlanRequest:
 
 @dataclass
 class Planner:
-    """Makes plans for scenes in one light, and keeps each as long as materials and lamps stay as they are."""
+    """Makes plans for scenes in one light, and keeps each as long as materials and lamps stay as they are.
 
-    probe: SpectralPanorama
+    Without a `probe` the light is the scene's own world.
+    """
+
+    probe: SpectralPanorama | None
     request: PlanRequest
     samples: int
     _plans: dict[str, PassPlan] = field(default_factory=dict)
     _sets: dict[str, tuple[LightSet, ...]] = field(default_factory=dict)
 
-    def sets(self, materials: SpectralMaterials) -> tuple[LightSet, ...]:
-        """The light sets for a scene's materials."""
+    def sets(self, materials: SpectralMaterials, world: OwnWorld | None) -> tuple[LightSet, ...]:
+        """The light sets for a scene's materials; `world` is the scene's own where there is no probe."""
+        if self.probe is None:
+            return (LightSet(_given(world).layers),)
         reflectances = _stacked(materials)
         key = _digest(reflectances.tobytes())
         if key not in self._sets:
@@ -70,16 +76,18 @@ class Planner:
             )
         return self._sets[key]
 
-    def plan(self, materials: SpectralMaterials) -> PassPlan:
-        """The plan for a scene's materials and lamps."""
+    def plan(self, materials: SpectralMaterials, world: OwnWorld | None) -> PassPlan:
+        """The plan for a scene's materials and lamps, and for its own world where there is no probe."""
         reflectances = _stacked(materials)
         emission = materials.emission
+        panorama = self.probe or _given(world).panorama
         key = _digest(reflectances.tobytes(), repr(materials.dispersive).encode(),
-                      *(group.spectra.tobytes() for group in emission))  # fmt: skip
+                      *(group.name.encode() + group.spectra.tobytes() for group in emission),
+                      b"" if world is None else world.spectra.tobytes())  # fmt: skip
         if key not in self._plans:
             self._plans[key] = make_plan(
-                self.sets(materials),
-                self.probe,
+                self.sets(materials, world),
+                panorama,
                 reflectances,
                 passes=self.request.passes or None,
                 max_de2000=self.request.max_de2000,
@@ -88,6 +96,12 @@ class Planner:
                 samples=self.samples,
             )
         return self._plans[key]
+
+
+def _given(world: OwnWorld | None) -> OwnWorld:
+    if world is None:
+        raise ValueError("without a probe the scene's own world must be given")
+    return world
 
 
 def _stacked(materials: SpectralMaterials) -> Array:

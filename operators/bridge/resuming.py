@@ -5,9 +5,16 @@ from typing import Literal
 
 import bpy
 
-from ...spectral_probe.errors import RenderError
-from ...spectral_probe.render.pass_folder import PassFolder, new_pass_folder, open_pass_folder
+from ...spectral_probe.errors import FileFormatError, RenderError
+from ...spectral_probe.render.pass_folder import (
+    PassFolder,
+    new_pass_folder,
+    open_pass_folder,
+    remove_unfinished,
+)
+from ...spectral_probe.render.plan_file import load_plan
 from ...spectral_probe.render_model import PassPlan
+from .assembling import remove_pictures
 from .fingerprint import light_fingerprint, scene_fingerprint
 from .pass_settings import enabled_layers
 from .planning import Planner
@@ -46,18 +53,31 @@ def folder_of_steps(
         If it was a render of something else, and `on_change` does not say what to do.
     """
     earlier = open_pass_folder(directory / "passes")
-    usable = earlier is not None and earlier.finished and (directory / PLAN_NAME).is_file()
+    layers = [layer.name for layer in enabled_layers(scene)]
+    remove_unfinished(directory)
+    usable = earlier is not None and earlier.finished and _has_plan(directory)
     if earlier is not None and usable and on_change != "restart":
         changes = earlier.changes(fingerprint)
         if not changes or on_change == "resume":
+            remove_pictures(directory, earlier.view_layers)
             return earlier
         if not (directory / REPORT_NAME).is_file():
             raise SceneChangedError(
                 f"{directory} has {len(earlier.finished)} passes of an unfinished render, and its "
                 f"{' and '.join(changes)} changed since then. Render anew (--restart), or use them as they are (--resume)."
             )
-    layers = [layer.name for layer in enabled_layers(scene)]
+    for view_layers in (() if earlier is None else earlier.view_layers, layers):
+        remove_pictures(directory, view_layers)
     return new_pass_folder(directory / "passes", fingerprint, layers)
+
+
+def _has_plan(directory: Path) -> bool:
+    """Whether the plan that the steps were rendered by is there, undamaged."""
+    try:
+        load_plan(directory / PLAN_NAME)
+    except FileFormatError:
+        return False
+    return True
 
 
 def unfinished_changes(scene: bpy.types.Scene, planner: Planner, directory: Path) -> tuple[str, ...]:

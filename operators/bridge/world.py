@@ -15,6 +15,7 @@ import numpy as np
 from ...spectral_probe.errors import FileFormatError
 from ...spectral_probe.render_model import WORLD
 from .restore import changed, remove
+from .shaders import link_of
 
 ROTATION_NODE = "Spectral Probe Rotation"
 LIGHT_NODE = "Spectral Probe Light"
@@ -127,6 +128,14 @@ def placement(world: bpy.types.World | None) -> tuple[tuple[float, float, float]
     if LIGHT_NODE in nodes:
         strength = nodes[LIGHT_NODE].inputs["Strength"].default_value
     return rotation, strength
+
+
+def volume_left_out(world: bpy.types.World | None) -> list[str]:
+    """A sentence on a world's volume, which is not there while a panorama takes the world's place; none without one."""
+    output = world.node_tree.get_output_node("CYCLES") if world is not None and world.node_tree else None
+    if output is None or link_of(output.inputs["Volume"]) is None:
+        return []
+    return [f'World "{world.name}" has a volume, which was left out: the probe takes the world\'s place.']
 
 
 @contextmanager

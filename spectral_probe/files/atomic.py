@@ -10,6 +10,9 @@ from tempfile import TemporaryDirectory
 
 from ..errors import FileFormatError
 
+UNFINISHED = ".writing-"
+"""How the names of temporary folders begin; one that is left over is that of a process that was killed."""
+
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
@@ -35,7 +38,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(prefix=".writing-", dir=path.parent) as folder:
+        with TemporaryDirectory(prefix=UNFINISHED, dir=path.parent) as folder:
             temporary = Path(folder) / path.name
             yield temporary
             temporary.replace(path)

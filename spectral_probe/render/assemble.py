@@ -177,9 +177,20 @@ def transports(plan: PassPlan, steps: Sequence[RenderStep], read: ReadStep) -> I
                 )
             yield Transport(
                 number,
-                {group: filters[group].transport(image, low.guide) for group, image in low.groups.items()},
+                {
+                    group: _nothing_behind(full, group, image, filters[group].transport(image, low.guide))
+                    for group, image in low.groups.items()
+                },
                 guide=low.guide,
             )
+
+
+def _nothing_behind(full: Transport, group: str, low: FloatArray, estimate: FloatArray) -> FloatArray:
+    """The estimate, black where a transparent film is empty: what the filter's means bring there glows in a composite."""
+    if full.alpha is None:
+        return estimate
+    empty = (full.alpha == 0) & ~full.groups[group].any(-1) & ~low.any(-1)
+    return np.where(empty[..., None], np.float32(0.0), estimate)
 
 
 def _by_pass(plan: PassPlan, steps: Sequence[RenderStep]) -> list[list[RenderStep]]:

@@ -33,6 +33,12 @@ from .assemble import AssembledRender, rendered_wavelengths_nm
 XYZ_NOTE = (
     "CIE 1931 2 degree tristimulus values: spectral radiance times colour-matching functions, summed over nm"
 )
+IMAGE_ORIGIN = "from XYZ as in xyz.exr without normalisation"
+"""Where the colours of image.exr come from, for `picture_header`."""
+
+WHITE_ATTRIBUTE = "adaptedFromWhite"
+"""Header attribute of a picture: the white that was stated."""
+
 _HALF_LIMIT = 6.0e4
 """Brightest value that a 16-bit float holds, with room."""
 
@@ -120,7 +126,7 @@ def write_outputs(
     picture = assembled.xyz if denoised_xyz is None else denoised_xyz
     rgb = picture_rgb(picture, space, settings.white)
     xyz_planes, rgb_planes = _planes("XYZ", assembled.xyz), _planes("RGB", rgb) | alpha
-    header = picture_header(space, settings.white, "from XYZ as in xyz.exr without normalisation")
+    header = picture_header(space, settings.white, IMAGE_ORIGIN)
     if denoised_xyz is not None:
         header["comments"] += "; denoised by Open Image Denoise"
     files = {name: Path(directory) / f"{name}{suffix}.exr" for name in ("xyz", "image", "render")}
@@ -155,6 +161,7 @@ def picture_header(space: WorkingSpace, white: White | None, origin: str) -> dic
     return {
         "comments": f"scene-linear {space.name.removeprefix('Linear ')}, {origin}; {adaptation}",
         "chromaticities": tuple(float(value) for value in space.chromaticities),
+        **({} if white is None else {WHITE_ATTRIBUTE: white.stated}),
     }
 
 

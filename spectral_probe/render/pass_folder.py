@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -21,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RenderError
-from ..files.atomic import written_whole
+from ..files.atomic import UNFINISHED, written_whole
 from ..files.image_exr import read_channels
 from ..model import FloatArray
 from ..render_model import PassImage, PassPlan, RenderStep
@@ -264,6 +265,13 @@ def new_pass_folder(
     for stale in directory.glob("*.exr"):
         stale.unlink()
     return PassFolder(directory, dict(fingerprint), tuple(view_layers))
+
+
+def remove_unfinished(directory: Path) -> None:
+    """Remove what a killed render was writing, in its folder and in that of its passes."""
+    for folder in (Path(directory), Path(directory) / "passes"):
+        for left in folder.glob(f"{UNFINISHED}*"):
+            shutil.rmtree(left, ignore_errors=True)
 
 
 def digest_of(path: Path) -> str:

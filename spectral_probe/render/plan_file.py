@@ -52,6 +52,7 @@ def save_plan(plan: PassPlan, path: Path) -> None:
             ],
             "notes": list(plan.notes),
             "consecutive": plan.consecutive,
+            "level": plan.level,
         }
     )
     with written_whole(path) as temporary:
@@ -115,7 +116,8 @@ def _plan_from(content: Mapping[str, Any]) -> PassPlan:
             for layer in content["swappable"]
         ),
         notes=tuple(str(note) for note in content["notes"]),
-        consecutive=bool(content.get("consecutive", False)),
+        consecutive=bool(content["consecutive"]),
+        level=float(content["level"]),
     )
 
 
@@ -145,6 +147,7 @@ def _consistent(plan: PassPlan) -> bool:
         and all(number >= 0 for number in plan.light_sets)
         and (plan.interpolation is None) == (plan.kind == "wavelength")
         and (plan.interpolation is None or plan.interpolation.shape == (passes, grid))
+        and 0 < plan.level < np.inf
         and all(group.spectra.shape == (3, grid) for group in plan.emission)
         and all(
             layer.recovered.shape == (grid,)

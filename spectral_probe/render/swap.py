@@ -25,7 +25,8 @@ from .plan_file import load_plan
 type SwapKind = Literal["lamp", "glass"]
 type SwapKeeps = Literal["luminance", "power"]
 
-SWAPPABLE_NAME = "swappable.exr"
+SWAPPABLE_STEM = "swappable"
+"""Name of the file without suffixes: those of further view layers have the layer's name after an underscore."""
 
 _CHANNEL = re.compile(r"layer(\d+)\.pass(\d+)")
 
@@ -125,7 +126,9 @@ def spectrum_after(layer: Layer, swap: Swap) -> FloatArray:
     return np.asarray(swap.spectrum * (layer.spectrum @ kept) / level)
 
 
-def swapped_xyz(render_dir: Path, plan: PassPlan, swaps: Mapping[str, Swap]) -> FloatArray:
+def swapped_xyz(
+    render_dir: Path, plan: PassPlan, swaps: Mapping[str, Swap], layer_suffix: str = ""
+) -> FloatArray:
     """Tristimulus values (H, W, 3) float32 of a render with some of its lights exchanged.
 
     Parameters
@@ -136,13 +139,15 @@ def swapped_xyz(render_dir: Path, plan: PassPlan, swaps: Mapping[str, Swap]) -> 
         Its plan.
     swaps
         By the light's name; lights that are not in it are as they were rendered.
+    layer_suffix
+        What the names of a further view layer's files end with.
 
     Raises
     ------
     FileFormatError
         If the stored transports are missing, or do not fit the plan.
     """
-    path = Path(render_dir) / SWAPPABLE_NAME
+    path = Path(render_dir) / f"{SWAPPABLE_STEM}{layer_suffix}.exr"
     if not path.is_file():
         raise FileFormatError(
             f"{path} is missing: without it no light can be exchanged. Render again with a region or lamp marked as swappable."

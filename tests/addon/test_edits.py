@@ -303,12 +303,14 @@ def test_renders_get_the_edited_light(settings, core, in_extension):
     assert len(edited.bases) == 3
     spectra = np.einsum("hwk,hwkl->hwl", edited.weights, edited.bases[edited.basis_index])
     light = in_extension("operators.bridge.light")
-    by_wavelength = light.WavelengthLight(edited, [])
-    nm = np.array([450.0, 550.0, 650.0])
-    assert by_wavelength.pixels(nm) * by_wavelength.level == pytest.approx(
-        spectra[..., [10, 30, 50]], rel=1e-4
+    by_wavelength = light.WavelengthLight(edited, light.light_level(edited), [])
+    reference = core("render.plan").reference_plan()
+    held = np.searchsorted(reference.grid_nm, reference.wavelengths_nm[3])
+    assert by_wavelength.pixels(reference, 3) * by_wavelength.level == pytest.approx(
+        spectra[..., held], rel=1e-4
     )
-    layers = light.LayerLight(edited, []).layers
+    (only,) = core("render.light_sets").light_sets(edited, reflectances=np.ones((1, 61)), max_de2000=0.5)
+    layers = only.layers
     assert layers.residual < 1e-6  # daylight, the same behind a glass, and an LED: three kinds of light
     assert layers.weights @ layers.spectra == pytest.approx(spectra, rel=1e-3, abs=1e-3 * spectra.max())
     colours = core("spectra.colorimetry")

@@ -169,6 +169,8 @@ def test_the_plan_is_that_of_the_render(scene, settings, tmp_path, core, in_exte
     assert "exchanged" in planned.text
     probe = core("files.probe_exr").read_probe(tmp_path / "probe" / "probe.exr")
     masks = in_extension("operators.add_swappable").marked_masks(settings, probe)
-    plan = in_extension("operators.bridge.cycles").scene_plan(scene, probe, 4, samples=64, swappable=masks)
+    planning = in_extension("operators.bridge.planning")
+    planner = planning.Planner(probe, planning.PlanRequest(4, swappable=masks), 64)
+    plan = in_extension("operators.bridge.cycles").planned(scene, planner)
     assert planned.cost == pytest.approx(plan.predicted_cost)
     assert planned.text == "\n".join(core("render.plan").describe(plan))

@@ -1,10 +1,13 @@
 """The words of `render`."""
 
 import argparse
+from pathlib import Path
 
 import pytest
 
 from spectral_probe.cli_render import add_words, frame_list
+from spectral_probe.cli_swap import swappable_masks
+from spectral_probe.errors import RenderError
 
 
 @pytest.fixture
@@ -48,3 +51,18 @@ def test_defaults(parse):
 def test_refused(parse, words):
     with pytest.raises(argparse.ArgumentError):
         parse(*words)
+
+
+@pytest.mark.parametrize("words", [[], ["--probe", "p.exr", "--world"]])
+def test_exactly_one_light(words):
+    parser = argparse.ArgumentParser(exit_on_error=False)
+    add_words(parser)
+    with pytest.raises(argparse.ArgumentError, match=r"--probe|--world"):
+        parser.parse_args(["scene.blend", *words])
+
+
+def test_the_own_world_has_no_regions():
+    words = argparse.Namespace(swappable=[("window", Path("window.json"))])
+    with pytest.raises(RenderError, match="--swappable"):
+        swappable_masks(words, None)
+    assert swappable_masks(argparse.Namespace(swappable=[]), None) == {}

@@ -83,6 +83,44 @@ def test_a_coloured_emission_has_the_spectrum_of_its_colour(radiance, glowing, s
     assert not warnings
 
 
+@pytest.mark.parametrize("by", ["collection", "vertices"])
+def test_an_instanced_lamp_shines_in_its_group(scene, radiance, glowing, spectra, at_nm, by):
+    colour = np.array([0.9, 0.5, 0.1])
+    glowing(colour, 3.0)
+    thing = bpy.context.object
+    scene.collection.objects.unlink(thing)
+    group = bpy.data.collections.new("Lamps")
+    group.objects.link(thing)
+    if by == "collection":
+        instance = bpy.data.objects.new("Instance", None)
+        instance.instance_type, instance.instance_collection = "COLLECTION", group
+        scene.collection.objects.link(instance)
+    else:
+        mesh = bpy.data.meshes.new("Point")
+        mesh.from_pydata([(0.0, 0.0, 0.0)], [], [])
+        instance = bpy.data.objects.new("Instance", mesh)
+        modifier = instance.modifiers.new("Places", "NODES")
+        modifier.node_group = places(thing)
+        scene.collection.objects.link(instance)
+    images, _ = radiance(NM)
+    expected = at_nm(3.0 * colour @ spectra["emission"].rgb_illuminants())
+    np.testing.assert_allclose(centre(images), expected, rtol=1e-4)
+
+
+def places(thing):
+    """Geometry nodes that put an object on every point."""
+    tree = bpy.data.node_groups.new("Places", "GeometryNodeTree")
+    for side in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
+    source, target = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    put, info = tree.nodes.new("GeometryNodeInstanceOnPoints"), tree.nodes.new("GeometryNodeObjectInfo")
+    info.inputs["Object"].default_value, info.inputs["As Instance"].default_value = thing, True
+    tree.links.new(source.outputs[0], put.inputs["Points"])
+    tree.links.new(info.outputs["Geometry"], put.inputs["Instance"])
+    tree.links.new(put.outputs[0], target.inputs[0])
+    return tree
+
+
 @pytest.mark.usefixtures("wall")
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_sun_of_a_colour(radiance, lamp, spectra, at_nm, kind):

@@ -77,6 +77,7 @@ VISIBLE = {
     "object hidden": lambda s: setattr(s.objects["Ball"], "hide_render", True),
     "vertex moved": _move_a_vertex,
     "modifier": lambda s: setattr(s.objects["Ball"].modifiers["Waves"], "height", 0.9),
+    "modifier not rendered": lambda s: setattr(s.objects["Ball"].modifiers["Waves"], "show_render", False),
     "colour": lambda _: setattr(shader().inputs["Coat Tint"], "default_value", (1.0, 0.0, 0.0, 1.0)),
     "link": _unlink,
     "spectral kind": lambda _: setattr(bpy.data.materials["Material"].spectral_probe, "kind", "METAL"),

@@ -79,3 +79,13 @@ def test_stereoscopy_is_off_and_said(small, bridge, extension, planner, tmp_path
     )
     assert any("Stereoscopy" in text for text in extension("spectral_probe.model").finish(job).warnings)
     assert small.render.use_multiview
+
+
+def test_files_of_view_layers_never_share_a_name(extension):
+    suffixes = extension("operators.bridge.assembling").layer_suffixes
+    names = ["All", "../a", "a/b", "a_b", "A_B", "a_b_4", "a_b_3"]
+    found = suffixes(names)
+    assert found[0] == ""
+    assert len({suffix.lower() for suffix in found}) == len(names)
+    assert not any(set(suffix) & set("/\\") for suffix in found)
+    assert suffixes([]) == [""]

@@ -80,5 +80,52 @@ def test_without_a_world_it_is_said(scene, extension, world):
     with pytest.raises(error, match="is dark"), own_world_light(scene, one_wavelength=True):
         pass
     scene.world = None
-    with pytest.raises(error, match="has no world"), own_world_light(scene, one_wavelength=True):
+    with pytest.raises(error, match="no world and no lamp"), own_world_light(scene, one_wavelength=True):
         pass
+
+
+@pytest.mark.parametrize(
+    ("passes", "colour", "lamp"),
+    [(4, (0.3, 0.9, 0.2), False), (4, (0.0, 0.0, 0.0), True), ("all", (0.3, 0.9, 0.2), True)],
+)
+def test_a_whole_render_in_the_light_of_the_own_world(
+    scene, world, bridge, extension, ball, tmp_path, passes, colour, lamp
+):
+    """The background has the world's colour, a white ball that of all light on it, as the RGB twin has."""
+    finish, read = (
+        extension("spectral_probe.model").finish,
+        extension("spectral_probe.files.image_exr").read_rgb,
+    )
+    background = world.node_tree.nodes["Background"]
+    background.inputs["Color"].default_value = (*colour, 1.0)
+    background.inputs["Strength"].default_value = 1.5
+    material = ball()
+    material.node_tree.nodes["Shader"].inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    if lamp:
+        sun = bpy.data.lights.new("Sun", "SUN")
+        sun.color, sun.energy, sun.angle = (0.9, 0.5, 0.4), 3.0, 0.0
+        thing = bpy.data.objects.new("Sun", sun)
+        thing.rotation_euler = (np.pi / 2, 0.0, 0.0)
+        scene.collection.objects.link(thing)
+    before = scene.world, len(bpy.data.worlds)
+    result = finish(bridge.spectral_render(scene, None, None, tmp_path, samples=4, passes=passes))
+    rgb = read(result.rgb, ("R", "G", "B"))
+    to_rec709 = extension("spectral_probe.spectra.colorimetry").xyz_to_rec709
+    image = to_rec709(read(result.xyz, ("X", "Y", "Z")))
+    np.testing.assert_allclose(image[2, 2], 1.5 * np.array(colour), rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(image[28:36, 28:36], rgb[28:36, 28:36], rtol=0.01)
+    assert image[32, 32].min() > 0.1
+    assert (scene.world, len(bpy.data.worlds)) == before
+    if passes != "all":
+        return
+    again = finish(  # a wavelength plan that was rendered by is multiplied by the light's level once only
+        bridge.spectral_render(scene, None, result.plan, tmp_path / "again", samples=4, rgb_twin=False)
+    )
+    np.testing.assert_allclose(to_rec709(read(again.xyz, ("X", "Y", "Z"))), image, rtol=1e-4, atol=1e-5)
+
+
+def test_without_world_and_lamp_it_is_said_before_rendering(scene, bridge, extension, tmp_path):
+    scene.world = None
+    job = bridge.spectral_render(scene, None, None, tmp_path, samples=1, passes=3)
+    with pytest.raises(extension("spectral_probe.errors").RenderError, match="no world and no lamp"):
+        extension("spectral_probe.model").finish(job)

@@ -47,7 +47,8 @@ def test_few_samples_give_the_light_of_all(two_balls, window, bridge, extension,
         extension("spectral_probe.model").finish,
         extension("spectral_probe.files.image_exr").read_rgb,
     )
-    few = bridge.scene_plan(two_balls, window, 4, samples=SAMPLES)
+    planning = extension("operators.bridge.planning")
+    few = bridge.planned(two_balls, planning.Planner(window, planning.PlanRequest(4), SAMPLES))
     assert len(set(few.references)) < few.passes, "no pass is a ratio of another"
     every = replace(few, sample_shares=np.ones(few.passes), references=tuple(range(few.passes)))
     images = []

@@ -73,6 +73,23 @@ def test_a_damaged_pass_is_rendered_again(render, xyz, damage):
     np.testing.assert_array_equal(xyz(again), whole)
 
 
+def test_with_a_damaged_plan_all_is_rendered_again(render, xyz, tmp_path):
+    whole = xyz(render())
+    (tmp_path / "out" / "plan.json").write_text("{}")
+    again = render()
+    assert again.steps_kept == 0
+    np.testing.assert_array_equal(xyz(again), whole)
+
+
+def test_files_of_others_stay_in_the_folder(render, tmp_path):
+    (tmp_path / "out").mkdir()
+    others = [tmp_path / "out" / name for name in ("probe.exr", "spectral.exr", "rgb_wood.exr")]
+    for path in others:
+        path.write_bytes(b"not ours")
+    render()
+    assert all(path.read_bytes() == b"not ours" for path in others)
+
+
 def test_the_rgb_twin_alone_is_added(render):
     render()
     result = render(rgb_twin=True)

@@ -14,6 +14,7 @@ from spectral_probe.render.pass_folder import (
     open_pass_folder,
     pass_samples,
     read_pass,
+    remove_unfinished,
     render_steps,
     sequence_samples,
 )
@@ -151,3 +152,13 @@ def test_groups_alpha_and_guide_of_a_layer(tmp_path):
         read_pass(tmp_path / "pass.exr", 2)
     with pytest.raises(FileFormatError):
         read_pass(tmp_path / "gone.exr")
+
+
+def test_what_a_killed_render_was_writing_is_removed(tmp_path):
+    for folder in (tmp_path, tmp_path / "passes"):
+        (folder / ".writing-abc").mkdir(parents=True)
+        (folder / ".writing-abc" / "half.exr").write_bytes(b"half")
+        (folder / "whole.exr").write_bytes(b"whole")
+    remove_unfinished(tmp_path)
+    left = sorted(path.name for path in tmp_path.rglob("*"))
+    assert left == ["passes", "whole.exr", "whole.exr"]

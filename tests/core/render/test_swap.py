@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from spectral_probe.cli_swap import add_swappable_words, swappable_masks
 from spectral_probe.errors import FileFormatError, RenderError, SpectralDataError
 from spectral_probe.files.image_exr import read_channels, read_rgb, write_channels, write_rgb
 from spectral_probe.model import SpectralPanorama, finish
+from spectral_probe.render.outputs import picture_header
 from spectral_probe.render.plan_file import load_plan, save_plan
 from spectral_probe.render.swap import Swap, light_names, spectrum_after, swap, swappable_layers
 from spectral_probe.render_model import EmissionGroup, PassPlan, SwappableLayer
@@ -19,9 +21,12 @@ from spectral_probe.spectra.colorimetry import (
     spectra_to_xyz,
     xyz_to_rec709,
 )
+from spectral_probe.spectra.colour_science import colour
 from spectral_probe.spectra.edits import lamp_spectrum
 from spectral_probe.spectra.glass import glass_transmittance
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
+from spectral_probe.spectra.white import parse_white
+from spectral_probe.spectra.working_space import space_of_header, working_space
 from spectral_probe.swapping import list_lights, swap_light
 
 SIZE = (4, 5)
@@ -144,6 +149,40 @@ def test_swaps_add_up_and_are_taken_back(rendered):
     np.testing.assert_allclose(
         read_rgb(rendered.folder / "xyz.exr", ("X", "Y", "Z")), rendered.xyz(), rtol=1e-5
     )
+
+
+def test_the_picture_stays_in_its_space_and_adapted_and_is_no_longer_denoised(rendered):
+    space, white = working_space(colour_matrix("ACEScg")), parse_white("A")
+    header = picture_header(space, white, "made")
+    header["comments"] += "; denoised by Open Image Denoise"
+    planes = {name: np.zeros(SIZE, np.float32) for name in "RGB"}
+    write_channels(rendered.folder / "image.exr", planes, header)
+    finish(swap_light(rendered.folder, "window", glass="green"))
+    green = rendered.xyz(window=rendered.recovered * glass_transmittance("green"))
+    channels, after = read_channels(rendered.folder / "image.exr")
+    expected = space.of_xyz(white.adapted(green))
+    np.testing.assert_allclose(
+        np.stack([channels[name] for name in "RGB"], -1), expected, rtol=1e-3, atol=1e-4 * expected.max()
+    )
+    assert "ACEScg" in after["comments"]
+    assert "adapted from white A" in after["comments"]
+    assert "denoised" not in after["comments"]
+
+
+def test_all_view_layers_are_swapped(rendered):
+    for name in ("xyz", "image", "swappable"):
+        shutil.copy(rendered.folder / f"{name}.exr", rendered.folder / f"{name}_Back.exr")
+    finish(swap_light(rendered.folder, "window", glass="green"))
+    first, further = (read_rgb(rendered.folder / f"xyz{end}.exr", ("X", "Y", "Z")) for end in ("", "_Back"))
+    np.testing.assert_array_equal(first, further)
+    assert np.abs(first - rendered.xyz()).max() > 0.1 * first.mean()
+
+
+def colour_matrix(name):
+    """(3, 3) matrix of a space to linear Rec.709."""
+    space = colour.RGB_COLOURSPACES[name]
+    points = (*np.ravel(space.primaries).tolist(), *np.ravel(space.whitepoint).tolist())
+    return space_of_header({"chromaticities": points}, name).to_rec709
 
 
 def test_another_folder_leaves_the_render_alone(rendered, tmp_path):
