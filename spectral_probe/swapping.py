@@ -14,11 +14,13 @@ from .errors import FileFormatError
 from .files.atomic import check_folder, written_whole
 from .files.image_exr import read_channels, write_channels
 from .model import FloatArray, Job, Progress
+from .render.outputs import picture_header, picture_rgb
 from .render.plan_file import load_plan
 from .render.swap import Swap, SwapKeeps, SwapKind, checked_name, light_names, swapped_xyz, told
-from .spectra.colorimetry import xyz_to_rec709
 from .spectra.edits import lamp_spectrum
 from .spectra.glass import glass_transmittance
+from .spectra.white import white_of_note
+from .spectra.working_space import space_of_header
 
 type Numbers = dict[str, Any]
 
@@ -128,15 +130,25 @@ def _label(thing: str | Path) -> str:
 
 
 def _write_images(source: Path, target: Path, xyz: FloatArray) -> None:
-    """Write xyz.exr and image.exr, uncompressed (that is what is fast); alpha stays."""
-    rgb = xyz_to_rec709(xyz)
-    for name, axes, values in (("xyz.exr", "XYZ", xyz), ("image.exr", "RGB", rgb)):
-        channels, header = read_channels(source / name)
-        planes = {axis: np.ascontiguousarray(values[..., index]) for index, axis in enumerate(axes)}
-        for further, plane in channels.items():
-            planes.setdefault(further, plane)
-        kept = {"comments": header["comments"]} if "comments" in header else {}
-        write_channels(target / name, planes, {**kept, "compression": OpenEXR.NO_COMPRESSION})
+    """Write xyz.exr and image.exr, uncompressed (that is what is fast); alpha stays, and so do space and white of the picture.
+
+    The picture is not denoised.
+    """
+    channels, header = read_channels(source / "xyz.exr")
+    notes = {"comments": header["comments"]} if "comments" in header else {}
+    _write_planes(target / "xyz.exr", channels, "XYZ", xyz, notes)
+    channels, header = read_channels(source / "image.exr")
+    space, white = space_of_header(header, "image.exr"), white_of_note(str(header.get("comments", "")))
+    notes = picture_header(space, white, "from XYZ as in xyz.exr without normalisation")
+    _write_planes(target / "image.exr", channels, "RGB", picture_rgb(xyz, space, white), notes)
+
+
+def _write_planes(
+    path: Path, channels: Mapping[str, FloatArray], axes: str, values: FloatArray, header: Mapping[str, Any]
+) -> None:
+    """Write an image's channels with some of them replaced by values (H, W, 3)."""
+    planes = {axis: np.ascontiguousarray(values[..., index]) for index, axis in enumerate(axes)}
+    write_channels(path, {**channels, **planes}, {**header, "compression": OpenEXR.NO_COMPRESSION})
 
 
 def _write_report(source: Path, target: Path, lights: Mapping[str, str]) -> None:

@@ -1,5 +1,6 @@
 """Finished steps of a spectral render put together into its files, for every view layer."""
 
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,28 +15,31 @@ from ...spectral_probe.render.pass_folder import PassFolder, read_pass
 from ...spectral_probe.render_model import WORLD, PassImage, PassPlan, RenderStep
 from ...spectral_probe.spectra.working_space import working_space
 from .denoise import denoised, wants_denoising
+from .render_report import REPORT_NAME
 from .translation import working_to_rec709
 
 type Array = np.ndarray[Any, Any]
 
 TWIN_STEP = "rgb"
-_STALE = (
-    "report.json",
-    "xyz*.exr",
-    "image*.exr",
-    "render*.exr",
-    "spectral*.exr",
-    "swappable*.exr",
-    "swaps.json",
-    "rgb*.exr",
-)
+_PICTURES = ("xyz", "image", "render", "spectral", "swappable", "rgb")
 
 
 def remove_pictures(directory: Path) -> None:
-    """Remove the files of an earlier render, lest they be taken for those of this one."""
-    for pattern in _STALE:
-        for stale in directory.glob(pattern):
-            stale.unlink()
+    """Remove the files of an earlier render, lest they be taken for those of this one; no other files of the folder."""
+    for suffix in layer_suffixes(_rendered_layers(directory)):
+        for name in _PICTURES:
+            (directory / f"{name}{suffix}.exr").unlink(missing_ok=True)
+    for name in (REPORT_NAME, "swaps.json"):
+        (directory / name).unlink(missing_ok=True)
+
+
+def _rendered_layers(directory: Path) -> list[str]:
+    """Names of the view layers of an earlier render; one without a name where there is no report of it."""
+    try:
+        report = json.loads((directory / REPORT_NAME).read_text(encoding="utf-8"))
+        return [str(name) for name in report["view_layers"]] or [""]
+    except (OSError, ValueError, KeyError, TypeError):
+        return [""]
 
 
 def write_pictures(

@@ -18,6 +18,7 @@ Application 42(6), 2017, doi:10.1002/col.22131), complete adaptation."""
 
 _NUMBER = r"\d*\.?\d+"
 _KELVIN = re.compile(rf"\s*({_NUMBER})\s*K\s*", re.IGNORECASE)
+_NOTE = re.compile(rf"adapted from white (.+?) \(x ({_NUMBER}), y ({_NUMBER})\) to D65")
 _XY = re.compile(rf"\s*({_NUMBER})\s*[,;\s]\s*({_NUMBER})\s*")
 _DAYLIGHT_FROM_K = 4000.0
 _COLDEST_K, _HOTTEST_K = 1667.0, 25000.0
@@ -82,6 +83,21 @@ def parse_white(text: str) -> White | None:
             f'There is no white called "{stated}". Give an illuminant such as A or D50, a temperature such as 5000 K, or x,y.'
         ) from None
     return White(stated, _rounded(xyz[:2] / xyz.sum()))
+
+
+def white_of_note(text: str) -> White | None:
+    """The white that a header's note says a picture was adapted from; None where it says none.
+
+    Examples
+    --------
+    >>> white = parse_white("A")
+    >>> white_of_note(f"scene-linear ACEScg; {white.note}") == white
+    True
+    >>> white_of_note("scene-linear ACEScg; no chromatic adaptation") is None
+    True
+    """
+    found = _NOTE.search(text)
+    return None if found is None else White(found[1], (float(found[2]), float(found[3])))
 
 
 def _rounded(xy: FloatArray) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from spectral_probe.cli_swap import add_swappable_words, swappable_masks
 from spectral_probe.errors import FileFormatError, RenderError, SpectralDataError
 from spectral_probe.files.image_exr import read_channels, read_rgb, write_channels, write_rgb
 from spectral_probe.model import SpectralPanorama, finish
+from spectral_probe.render.outputs import picture_header, picture_rgb
 from spectral_probe.render.plan_file import load_plan, save_plan
 from spectral_probe.render.swap import Swap, light_names, spectrum_after, swap, swappable_layers
 from spectral_probe.render_model import EmissionGroup, PassPlan, SwappableLayer
@@ -22,9 +23,14 @@ from spectral_probe.spectra.colorimetry import (
 from spectral_probe.spectra.edits import lamp_spectrum
 from spectral_probe.spectra.glass import glass_transmittance
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
+from spectral_probe.spectra.white import parse_white
+from spectral_probe.spectra.working_space import space_of_header
 from spectral_probe.swapping import list_lights, swap_light
 
 SIZE = (4, 5)
+ACESCG = (0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767)
+"""Chromaticities of red, green, blue and white."""
+
 SETS = (0, 0, 1, 1, 1)
 
 
@@ -102,6 +108,25 @@ def test_the_lights_are_listed_in_the_order_of_their_layers(rendered):
     assert finish(list_lights(rendered.folder)) == {
         "lights": {"window": "as rendered", "desk": "as rendered"}
     }
+
+
+def test_the_picture_keeps_its_space_and_its_white(rendered):
+    space, white = space_of_header({"chromaticities": ACESCG}, "image.exr"), parse_white("A")
+    header = picture_header(space, white, "from XYZ") | {"comments": f"from XYZ; {white.note}; denoised"}
+    rgb = picture_rgb(rendered.xyz(), space, white)
+    write_channels(
+        rendered.folder / "image.exr", dict(zip("RGB", np.moveaxis(rgb, -1, 0), strict=True)), header
+    )
+    finish(swap_light(rendered.folder, "window", glass="green"))
+    channels, header = read_channels(rendered.folder / "image.exr")
+    expected = picture_rgb(
+        rendered.xyz(window=rendered.recovered * glass_transmittance("green")), space, white
+    )
+    np.testing.assert_allclose(np.stack([channels[c] for c in "RGB"], -1), expected, rtol=1e-4, atol=1e-5)
+    assert space_of_header(header, "image.exr").name == "ACEScg"
+    assert "ACEScg" in header["comments"]
+    assert white.note in header["comments"]
+    assert "denoised" not in header["comments"]
 
 
 def test_another_glass_filters_the_light_behind_the_first(rendered):
