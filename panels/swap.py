@@ -41,7 +41,10 @@ class SPECTRAL_PROBE_PT_swap(InSidebar, bpy.types.Panel):
         buttons.operator("spectral_probe.remove_swappable", icon="REMOVE", text="")
         if not swap.lights:
             paragraph(
-                layout.column(align=True), context, "Add the region of Glass and Lamps, then render.", "INFO"
+                layout.column(align=True),
+                context,
+                "Choose a region in Glass and Lamps, press +, then render. Lamps of a measured spectrum need no +.",
+                "INFO",
             )
         else:
             column = results(layout)

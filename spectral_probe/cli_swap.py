@@ -12,7 +12,7 @@ from .model import BoolArray, Job, SpectralPanorama
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-TEXT = "Another lamp or another stained glass in a finished render, in less than a second."
+TEXT = "Another lamp or another stained glass in a finished render, without rendering again."
 EXAMPLE = "swap render --light window --glass green -o green"
 
 
