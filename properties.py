@@ -302,7 +302,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     )
     max_de2000: FloatProperty(
         name="Error Bound",
-        description="Colour error CIEDE2000 against all 61 wavelengths that the plan may predict for 99 of 100 pixels",
+        description="Colour error CIEDE2000 against all 61 wavelengths that the plan may predict for 99 of 100 pixels. Where the "
+        "number of wavelengths is given, it decides how many sets of light layers there are",
         default=0.5,
         min=0.01,
         soft_max=5.0,
