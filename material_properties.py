@@ -25,7 +25,8 @@ def metal_name() -> Any:
     """The metal."""
     return StringProperty(
         name="Metal",
-        description="Metal (Au, Ag, Cu, Al, ...) or a page of refractiveindex.info as shelf/book/page",
+        description="Metal (Au, Ag, Cu, Al, ...), a page of refractiveindex.info as shelf/book/page, or a CSV file with the "
+        "columns wavelength_nm,n,k",
         default="Au",
         search=metal_names,
         search_options={"SUGGESTION"},
@@ -79,7 +80,7 @@ class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
         items=(
             ("RGB", "From Colours", "Spectra are made from the colours of the material's nodes"),
             ("METAL", "Metal", "Measured complex refractive index of a metal"),
-            ("REFLECTANCE", "Reflectance", "Measured diffuse reflectance from a file"),
+            ("REFLECTANCE", "Reflectance", "Measured diffuse reflectance, of the library or from a file"),
             ("GLASS", "Coloured Glass", "Measured transmittance of a pane, as a thin filter or as a body"),
             ("DISPERSIVE", "Dispersive Glass", "Clear glass that refracts each wavelength differently"),
         ),

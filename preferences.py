@@ -14,7 +14,7 @@ class SpectralProbePreferences(bpy.types.AddonPreferences):
     library_folder: StringProperty(
         name="Library Folder",
         description="Folder of your own cameras, lamps and reflectances (CSV, AMPAS JSON, IES TM-27): the fields where a "
-        "camera or a reflectance is named offer them too",
+        "camera, a lamp or a reflectance is named offer them too",
         subtype="DIR_PATH",
     )
 

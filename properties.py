@@ -295,32 +295,42 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
             (
                 "AUTOMATIC",
                 "As Few as Needed",
-                "Few passes, chosen for the light and the materials of this scene",
+                "As few passes as keep the error bound, chosen for the light and the materials of this scene",
             ),
-            ("NUMBER", "Number", "This many passes, chosen for the light and the materials of this scene"),
+            (
+                "NUMBER",
+                "Number",
+                "This many wavelengths for every set of light layers, chosen for the light and the materials of this scene",
+            ),
             ("REFERENCE", "Reference", "All 61 wavelengths from 400 to 700 nm, three a pass: 21 passes"),
         ),
     )
     passes: IntProperty(
         name="Wavelengths",
-        description="Number of passes; the materials of the scene are set to one wavelength in each",
+        description="Wavelengths of every set of light layers, a pass each: all materials are set to one wavelength in a pass",
         default=5,
         min=1,
         max=21,
     )
     max_de2000: FloatProperty(
         name="Error Bound",
-        description="Largest colour error CIEDE2000 that the plan may predict against all 61 wavelengths",
+        description="Colour error CIEDE2000 against all 61 wavelengths that the plan may predict for 99 of 100 pixels. Where the "
+        "number of wavelengths is given, it decides how many sets of light layers there are",
         default=0.5,
         min=0.01,
         soft_max=5.0,
         precision=2,
     )
-    samples: IntProperty(name="Samples", description="Samples per pixel of a full pass", default=128, min=1)
+    samples: IntProperty(
+        name="Samples",
+        description="Samples per pixel of a full pass, in place of those of the render properties",
+        default=128,
+        min=1,
+    )
     full_samples: BoolProperty(
         name="Full Samples",
         description="Give every pass all samples, instead of a fraction that is compared with a full pass: as exact as "
-        "can be, and as many times slower as there are passes",
+        "can be, and nearly as many times slower as there are passes in a set of light layers",
     )
     rgb_twin: BoolProperty(
         name="Also RGB",

@@ -87,8 +87,8 @@ class SPECTRAL_PROBE_PG_plan(bpy.types.PropertyGroup):
         name="Mean ΔE", description="Predicted mean colour error against all 61 wavelengths", precision=2
     )
     max_de2000: FloatProperty(
-        name="Largest ΔE",
-        description="Predicted colour error of the worst of 2000 random pixels against all 61 wavelengths",
+        name="ΔE of 99 %",
+        description="Predicted colour error against all 61 wavelengths that 99 of 100 random pixels keep",
         precision=2,
     )
     cost: FloatProperty(

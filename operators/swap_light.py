@@ -37,7 +37,10 @@ class SPECTRAL_PROBE_OT_swap_light(JobOperator, bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         """The render must have stored its layers."""
         return has_render_files(
-            cls, context, "swappable.exr", "Make a region or a lamp swappable, and render the scene first"
+            cls,
+            context,
+            "swappable.exr",
+            "Make a region swappable, or give a lamp a measured spectrum, and render the scene first",
         )
 
     def job(self, context: bpy.types.Context) -> Job[dict[str, Any]]:

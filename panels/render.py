@@ -42,7 +42,7 @@ class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
         column.prop(settings, "plan")
         if settings.plan == "NUMBER":
             column.prop(settings, "passes")
-        if settings.plan == "AUTOMATIC":
+        if settings.plan != "REFERENCE":
             column.prop(settings, "max_de2000")
         column.prop(settings, "samples")
         if settings.plan != "REFERENCE":

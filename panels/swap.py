@@ -41,7 +41,10 @@ class SPECTRAL_PROBE_PT_swap(InSidebar, bpy.types.Panel):
         buttons.operator("spectral_probe.remove_swappable", icon="REMOVE", text="")
         if not swap.lights:
             paragraph(
-                layout.column(align=True), context, "Add the region of Glass and Lamps, then render.", "INFO"
+                layout.column(align=True),
+                context,
+                "Choose a region in Glass and Lamps, press +, then render. Lamps of a measured spectrum need no +.",
+                "INFO",
             )
         else:
             column = results(layout)
@@ -73,7 +76,7 @@ def draw_plan(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     row(column, "Plan", planned.kind)
     row(column, "Passes", str(planned.passes))
     if planned.max_de2000:
-        row(column, "Predicted ΔE", f"{planned.mean_de2000:.2f}, largest {planned.max_de2000:.2f}")
+        row(column, "Predicted ΔE", f"{planned.mean_de2000:.2f}, 99 % within {planned.max_de2000:.2f}")
     row(column, "Cost", f"{planned.cost:.2f} RGB renders")
     for sentence in planned.text.splitlines():
         paragraph(column, context, sentence, "NONE")

@@ -32,7 +32,7 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         type=_passes,
         default=None,
         metavar="N|all",
-        help="wavelengths of every light set, or all 61 (default: as few as keep the error bound)",
+        help="wavelengths of every set of light layers, or all 61, three a pass (default: as few as keep the error bound)",
     )
     which.add_argument(
         "--plan",
@@ -46,10 +46,13 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         type=_error,
         default=DEFAULT_MAX_DE2000,
         metavar="DE",
-        help=f"bound on the largest predicted dE2000 (default {DEFAULT_MAX_DE2000:g})",
+        help=f"dE2000 against all 61 wavelengths that 99 of 100 random pixels are to keep (default {DEFAULT_MAX_DE2000:g})",
     )
     plan.add_argument(
-        "--samples", type=whole_number, default=None, help="samples a pixel (default: the scene's)"
+        "--samples",
+        type=whole_number,
+        default=None,
+        help="samples a pixel of a full pass, none of them adaptive (default: the scene's, 4096 where they were never set)",
     )
     plan.add_argument(
         "--full-samples", action="store_true", help="give every pass all samples: no ratios between passes"

@@ -12,7 +12,7 @@ from .model import BoolArray, Job, SpectralPanorama
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-TEXT = "Another lamp or another stained glass in a finished render, in less than a second."
+TEXT = "Another lamp or another stained glass in a finished render, without rendering again."
 EXAMPLE = "swap render --light window --glass green -o green"
 
 
@@ -36,7 +36,11 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         help="what of the light stays under another lamp (default luminance)",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="folder to write to (default: that of the render)"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder for xyz.exr and image.exr (default: that of the render, over its own)",
     )
 
 

@@ -108,6 +108,9 @@ class PassPlan:
         Samples of all passes over those of one RGB render of as many.
     swappable
         Layers of the world's light that can be exchanged after rendering.
+    consecutive
+        The passes take consecutive samples of one sequence of as many as a full pass has, so that all of them together are
+        one render's worth, each path seen at three of the wavelengths; else each pass starts at the first sample.
     notes
         Sentences on how the plan was chosen, for people.
     level
@@ -128,6 +131,7 @@ class PassPlan:
     predicted_cost: float | None = None
     swappable: tuple[SwappableLayer, ...] = ()
     notes: tuple[str, ...] = ()
+    consecutive: bool = False
     level: float = 1.0
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...spectral_probe.model import SpectralPanorama
 from ...spectral_probe.render.light_sets import light_sets
-from ...spectral_probe.render.plan import make_plan
+from ...spectral_probe.render.plan import make_plan, wavelength_plan
 from ...spectral_probe.render_model import LightSet, PassPlan
 from .materials import SpectralMaterials
 from .own_world import OwnWorld
@@ -34,16 +34,32 @@ class PlanRequest:
         All passes take the same samples; none is estimated as a ratio of another.
     swappable
         Masks (H, W) of the panorama's regions whose light is to be exchanged after rendering, by name.
+    lamps_swappable
+        The scene's measured lamps are to be exchanged after rendering, too.
     """
 
     passes: Passes = None
     max_de2000: float = DEFAULT_MAX_DE2000
     full_samples: bool = False
     swappable: Mapping[str, Array] = field(default_factory=dict)
+    lamps_swappable: bool = False
+
+    @property
+    def light_basis(self) -> bool:
+        """Whether the light must be in layers: it is to be exchanged, or a number of wavelengths was asked for."""
+        return bool(self.passes or self.swappable or self.lamps_swappable)
 
     def digest(self) -> str:
         """What tells this request from another."""
-        words = repr((self.passes or None, self.max_de2000, self.full_samples, sorted(self.swappable)))
+        words = repr(
+            (
+                self.passes or None,
+                self.max_de2000,
+                self.full_samples,
+                self.lamps_swappable,
+                sorted(self.swappable),
+            )
+        )
         masks = (np.packbits(self.swappable[name]).tobytes() for name in sorted(self.swappable))
         return _digest(words.encode(), *masks)
 
@@ -94,7 +110,18 @@ class Planner:
                       *(group.name.encode() + group.spectra.tobytes() for group in emission),
                       b"" if world is None else world.spectra.tobytes())  # fmt: skip
         if key not in self._plans:
-            self._plans[key] = make_plan(
+            plan = None
+            if not self.request.light_basis:
+                plan = wavelength_plan(
+                    panorama,
+                    reflectances,
+                    max_de2000=self.request.max_de2000,
+                    emission=emission,
+                    full_samples=self.request.full_samples,
+                    dispersive=materials.dispersive,
+                    samples=self.samples,
+                )
+            self._plans[key] = plan or make_plan(
                 self.sets(materials, world),
                 panorama,
                 reflectances,

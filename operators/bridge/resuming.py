@@ -48,7 +48,14 @@ def folder_of_steps(
     ------
     SceneChangedError
         If it was a render of something else, and `on_change` does not say what to do.
+    RenderError
+        If it is the folder of a probe, some of whose files have the names of a render's.
     """
+    if (directory / "probe.exr").is_file():
+        raise RenderError(
+            f"{directory} is the folder of a probe, whose spectral.exr and report.json the render would replace. Choose another "
+            "folder for the render."
+        )
     earlier = open_pass_folder(directory / "passes")
     layers = [layer.name for layer in enabled_layers(scene)]
     remove_unfinished(directory)

@@ -45,7 +45,7 @@ _HALF_LIMIT = 6.0e4
 
 @dataclass(frozen=True)
 class OutputSettings:
-    """What is written besides xyz.exr and image.exr, and how pictures are finished.
+    """What is written besides xyz.exr, image.exr and render.exr, and how pictures are finished.
 
     Parameters
     ----------

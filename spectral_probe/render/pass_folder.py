@@ -16,7 +16,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +59,14 @@ def pass_samples(plan: PassPlan, samples: int) -> tuple[int, ...]:
     >>> plan = replace(reference_plan(), sample_shares=np.array([1.0] + 20 * [1 / 16]), references=(0,) * 21)
     >>> pass_samples(plan, 128)[:3]
     (128, 8, 8)
+
+    Passes that share one sequence have all its samples between them:
+
+    >>> pass_samples(replace(reference_plan(), consecutive=True), 64)[:3]
+    (4, 3, 3)
     """
+    if plan.consecutive:
+        return tuple(max(1, (samples + rest) // plan.passes) for rest in range(plan.passes - 1, -1, -1))
     counts = [max(1, round(samples * float(share))) for share in plan.sample_shares]
     for reference in set(plan.references):
         followers = [p for p, r in enumerate(plan.references) if r == reference and p != reference]
@@ -96,11 +103,14 @@ def render_steps(plan: PassPlan, samples: int) -> tuple[RenderStep, ...]:
     """
     counts = pass_samples(plan, samples)
     steps: list[RenderStep] = []
+    if plan.consecutive:
+        firsts = np.cumsum([0, *counts])
+        steps = [RenderStep(f"pass_{p:02d}", p, int(firsts[p]), count) for p, count in enumerate(counts)]
+        return (replace(steps[0], guide=True), *steps[1:])
     for light_set in sorted(set(plan.light_sets)):
         for reference in (p for p in range(plan.passes) if _leads(plan, p, light_set)):
             steps += _steps_of(plan, reference, counts)
-    steps[0] = RenderStep(**{**asdict(steps[0]), "guide": True})
-    return tuple(steps)
+    return (replace(steps[0], guide=True), *steps[1:])
 
 
 def _leads(plan: PassPlan, number: int, light_set: int) -> bool:
@@ -123,8 +133,9 @@ def _steps_of(plan: PassPlan, reference: int, counts: Sequence[int]) -> list[Ren
 
 
 def sequence_samples(plan: PassPlan, samples: int, step: RenderStep) -> int:
-    """Samples of the full pass whose sample sequence a step is part of: that of its reference."""
-    return pass_samples(plan, samples)[plan.references[step.pass_number]]
+    """Samples of the sequence that a step is part of: those of its reference, or of all passes that share one."""
+    counts = pass_samples(plan, samples)
+    return sum(counts) if plan.consecutive else counts[plan.references[step.pass_number]]
 
 
 # ---------------------------------------------------------------- files

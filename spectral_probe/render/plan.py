@@ -29,12 +29,12 @@ from ..render_model import EmissionGroup, LightSet, PassPlan, SwappableLayer
 from ..spectra.colorimetry import colour_matching_functions, illuminant
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM
 from .interpolation import NodeChoice, lab_metric, second_moment
-from .light_samples import largest_error, random_picture
+from .light_samples import PIXELS, largest_error, random_picture
 from .light_sets import light_rank
 from .plan_file import describe, load_plan, save_plan
 from .quadrature import fitted_quadrature
 
-__all__ = ["describe", "load_plan", "make_plan", "reference_plan", "save_plan"]
+__all__ = ["describe", "load_plan", "make_plan", "reference_plan", "save_plan", "wavelength_plan"]
 
 FEWEST_PASSES, MOST_PASSES = 3, 20
 """Wavelengths of a light set, where their number is not asked for."""
@@ -94,9 +94,8 @@ def make_plan(
     emission: Sequence[EmissionGroup] = (),
     full_samples: bool = False,
     samples: int = 128,
-    kind: Literal["light-basis"] | None = None,
 ) -> PassPlan:
-    """The cheapest plan for a scene and its light within an error bound.
+    """The light-basis plan for a scene and its light, with as few passes as keep an error bound.
 
     Parameters
     ----------
@@ -119,8 +118,6 @@ def make_plan(
         Give all passes of a set the same samples, as where ratios of passes are no good estimate (dispersion).
     samples
         Samples of a full pass, of which secondary passes need `FEWEST_SAMPLES`.
-    kind
-        "light-basis" leaves the fitted wavelengths out of the choice.
 
     Returns
     -------
@@ -155,18 +152,58 @@ def make_plan(
     plan = _light_basis(chain, sizes, full_samples, samples)
     notes = (*_light_notes(panorama, sets), *_swappable_notes(chain, sizes, plan, full_samples, samples))
     within = plan.predicted_de2000 is not None and plan.predicted_de2000[1] <= max_de2000
-    if passes is None:
-        most = MOST_PASSES if not within else int(np.ceil(plan.predicted_cost or 0.0)) - 1
-        if kind is None and not plan.swappable and not any(any(group.swappable) for group in emission):
-            other = fitted_quadrature(chain.training, chain.held_out, max_de2000, most)
-            if other is not None:
-                return replace(other, notes=notes)
-        if not within:
-            notes = (
-                *notes,
-                f"The error bound of dE2000 {max_de2000:g} is not reached with {MOST_PASSES} wavelengths a set.",
-            )
+    if passes is None and not within:
+        notes = (
+            *notes,
+            f"The error bound of dE2000 {max_de2000:g} is not reached with {MOST_PASSES} wavelengths a set.",
+        )
     return replace(plan, notes=notes)
+
+
+def wavelength_plan(
+    panorama: SpectralPanorama,
+    reflectances: FloatArray,
+    *,
+    max_de2000: float = 0.5,
+    emission: Sequence[EmissionGroup] = (),
+    full_samples: bool = False,
+    dispersive: bool = False,
+    samples: int = 128,
+) -> PassPlan | None:
+    """The fitted wavelength quadrature of a scene and its light (`quadrature`), or None where it keeps no error bound.
+
+    It costs the samples of one RGB render and needs no light layers, but no light can be exchanged afterwards.
+
+    Parameters
+    ----------
+    panorama, reflectances, max_de2000, emission, samples
+        As for `make_plan`.
+    full_samples
+        Give each pass all samples, in place of its part of them.
+    dispersive
+        A glass refracts each wavelength its own way: no other wavelength can be predicted from those rendered, so all 61 are.
+
+    Examples
+    --------
+    >>> weights, index = np.ones((4, 8, 1), np.float32), np.zeros((4, 8), np.uint8)
+    >>> sure, white = np.ones((4, 8), np.float32), np.ones((1, 61))
+    >>> panorama = SpectralPanorama(weights, white[None], index, WAVELENGTHS_NM, sure > 0, sure)
+    >>> plan = wavelength_plan(panorama, white)
+    >>> plan.kind, plan.passes, plan.predicted_cost
+    ('wavelength', 1, 1.0)
+    """
+    most = min(MOST_PASSES, samples // FEWEST_SAMPLES)
+    if dispersive:
+        every = reference_plan()
+        if full_samples or samples < every.passes:
+            return every
+        shares = np.full(every.passes, 1.0 / every.passes)
+        return replace(every, sample_shares=shares, consecutive=True, predicted_cost=1.0)
+    training, held_out = (
+        random_picture(panorama, (), reflectances, seed, emission, count=count)
+        for seed, count in ((_TRAINING_SEED, _TRAINING_PIXELS), (_HELD_OUT_SEED, PIXELS))
+    )
+    return fitted_quadrature(training, held_out, max_de2000, most, full_samples=full_samples)
 
 
 class _Chain:
@@ -184,7 +221,7 @@ class _Chain:
         self.set_of = [*range(len(sets)), *(0 for _ in emission)]
         self.training, self.held_out = (
             random_picture(panorama, sets, reflectances, seed, emission, count=count)
-            for seed, count in ((_TRAINING_SEED, _TRAINING_PIXELS), (_HELD_OUT_SEED, 2000))
+            for seed, count in ((_TRAINING_SEED, _TRAINING_PIXELS), (_HELD_OUT_SEED, PIXELS))
         )
         self._xyz: dict[tuple[int, int], FloatArray] = {}
 

@@ -51,6 +51,7 @@ def save_plan(plan: PassPlan, path: Path) -> None:
                 for layer in plan.swappable
             ],
             "notes": list(plan.notes),
+            "consecutive": plan.consecutive,
             "level": plan.level,
         }
     )
@@ -115,6 +116,7 @@ def _plan_from(content: Mapping[str, Any]) -> PassPlan:
             for layer in content["swappable"]
         ),
         notes=tuple(str(note) for note in content["notes"]),
+        consecutive=bool(content["consecutive"]),
         level=float(content["level"]),
     )
 

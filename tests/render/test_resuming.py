@@ -132,6 +132,27 @@ class TestChanges:
         assert render().steps_kept == 0
 
 
+def test_the_folder_of_a_probe_is_refused(render, extension, tmp_path):
+    (tmp_path / "out").mkdir()
+    names = ("probe.exr", "spectral.exr", "report.json")
+    for name in names:
+        (tmp_path / "out" / name).write_bytes(b"mine")
+    with pytest.raises(extension("spectral_probe.errors").RenderError, match="folder of a probe"):
+        render()
+    assert all((tmp_path / "out" / name).read_bytes() == b"mine" for name in names)
+
+
+def test_only_pictures_of_a_render_are_replaced(extension, tmp_path):
+    assembling = extension("operators.bridge.assembling")
+    (tmp_path / "report.json").write_text('{"view_layers": ["First", "Fog"]}')
+    ours = ("xyz.exr", "image.exr", "rgb_Fog.exr", "swaps.json")
+    theirs = ("image_0001.exr", "render_final.exr", "spectral_sun.exr")
+    for name in (*ours, *theirs):
+        (tmp_path / name).touch()
+    assembling.remove_pictures(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(theirs)
+
+
 def test_a_full_disk_is_one_sentence_and_leaves_nothing_half_written(scene, render, extension, tmp_path):
     """A limit on the size of files fails Blender's writing as a full disk does."""
     scene.render.resolution_x = scene.render.resolution_y = 64

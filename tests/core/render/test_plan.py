@@ -13,7 +13,8 @@ from spectral_probe.render.interpolation import (
     second_moment,
 )
 from spectral_probe.render.light_sets import light_sets
-from spectral_probe.render.plan import describe, make_plan, reference_plan
+from spectral_probe.render.plan import describe, make_plan, reference_plan, wavelength_plan
+from spectral_probe.render.quadrature import balanced
 from spectral_probe.render_model import EmissionGroup
 from spectral_probe.spectra.colorimetry import delta_e_2000, illuminant, spectra_to_xyz, white_xyz
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
@@ -136,19 +137,19 @@ def test_expected_error_is_that_of_the_interpolation(metals, lights):
 
 
 def test_automatic_number_of_passes_keeps_its_bound_and_is_the_smallest(planned, metals):
-    _, plan = planned(metals, kind="light-basis")
+    _, plan = planned(metals)
     assert plan.predicted_de2000[1] <= 0.5
     assert plan.passes <= 7
-    _, strict = planned(metals, kind="light-basis", max_de2000=0.1)
+    _, strict = planned(metals, max_de2000=0.1)
     assert strict.passes > plan.passes
-    _, coloured = planned(np.concatenate([metals, surface_reflectances()]), kind="light-basis")
+    _, coloured = planned(np.concatenate([metals, surface_reflectances()]))
     assert coloured.passes > plan.passes
     _, fewer = planned(metals, passes=plan.passes - 1)
     assert plan.passes == 3 or fewer.predicted_de2000[1] > 0.5
 
 
 def test_a_scene_without_colours_needs_the_fewest_passes(planned):
-    _, plan = planned(np.ones((1, 61)), kind="light-basis")
+    _, plan = planned(np.ones((1, 61)))
     assert plan.passes == 3
     assert plan.predicted_de2000[1] < 1e-3
 
@@ -165,23 +166,73 @@ def test_cost_is_of_the_samples_of_all_passes(planned, metals):
     assert full.references == (0, 1, 2, 3, 4)
 
 
-def test_with_full_samples_fitted_wavelengths_are_cheaper(planned, metals):
-    """Three wavelengths a pass against one: the planner takes what costs least."""
-    _, plan = planned(metals, full_samples=True)
-    _, basis = planned(metals, full_samples=True, kind="light-basis")
-    assert plan.kind == "wavelength"
-    assert plan.predicted_cost == plan.passes < basis.predicted_cost
-    assert plan.predicted_de2000[1] <= 0.5
+@pytest.fixture(scope="module")
+def fitted(metals, lights):
+    """A wavelength plan for metals in these lights."""
+    return wavelength_plan(panorama_of(lights), metals)
 
 
-def test_fitted_wavelengths_reproduce_colours(planned, metals):
-    _, plan = planned(metals, full_samples=True)
+def test_fitted_wavelengths_share_the_samples_of_one_render(fitted, metals, lights):
+    assert fitted.kind == "wavelength"
+    assert fitted.predicted_cost == 1.0
+    assert fitted.predicted_de2000[1] <= 0.5
+    assert fitted.consecutive
+    np.testing.assert_allclose(fitted.sample_shares.sum(), 1.0)
+    full = wavelength_plan(panorama_of(lights), metals, full_samples=True)
+    assert full.predicted_cost == full.passes
+    assert full.passes <= fitted.passes
+
+
+def test_few_samples_leave_no_room_for_many_passes(metals, lights):
+    assert wavelength_plan(panorama_of(lights), metals, max_de2000=0.05, samples=4) is None
+
+
+def test_a_dispersive_glass_is_rendered_at_all_wavelengths(metals, lights):
+    plan = wavelength_plan(panorama_of(lights), metals, dispersive=True)
+    assert len(np.unique(plan.wavelengths_nm)) == 61
+    assert plan.predicted_cost == 1.0
+
+
+def test_wavelengths_are_dealt_so_that_passes_are_alike():
+    """No exchange of two wavelengths makes the passes more alike, and dealt by size they are far less so."""
+    contributions = np.random.default_rng(8).random((200, 12, 3))
+
+    def unlike(passes):
+        return sum((contributions[:, own].sum(1) ** 2).sum() for own in passes)
+
+    dealt = balanced(contributions)
+    assert sorted(dealt.ravel().tolist()) == list(range(12))
+    for first in range(12):
+        for second in range(first):
+            trade = np.arange(12)
+            trade[[first, second]] = trade[[second, first]]
+            assert unlike(trade[dealt]) >= unlike(dealt) - 1e-9
+    order = np.argsort(contributions.sum((0, 2)))
+    assert unlike(order.reshape(4, 3)) > 1.001 * unlike(dealt)
+
+
+def test_dealt_wavelengths_make_less_noise_of_colours(fitted, metals, lights):
+    """Against wavelengths that are neighbours: the noise of one pass is then the noise of one colour."""
+    spectra = np.concatenate([metals * light for light in lights])
+    dealt = np.searchsorted(WAVELENGTHS_NM, fitted.wavelengths_nm)
+    coefficients = spectra_to_xyz(fitted.reconstruction).reshape(-1, 3)
+    parts = spectra[:, dealt.ravel(), None] * (coefficients / white_xyz())
+    relative = parts / parts[..., 1].sum(1)[:, None, None]
+    order = np.argsort(dealt.ravel())
+    own, neighbours = (
+        np.var(relative[:, passes.reshape(-1, 3)].sum(2), axis=1).sum()
+        for passes in (np.arange(order.size), order)
+    )
+    assert own < 0.5 * neighbours
+
+
+def test_fitted_wavelengths_reproduce_colours(fitted, metals):
     light = planck(3000.0) + illuminant("FL2") / 10  # tungsten of another temperature: not among those fitted
     exact = (
         np.concatenate([metals[:, None] * metals[None], metals[None, :, None][0]], 1).reshape(-1, 61) * light
     )
-    index = np.searchsorted(WAVELENGTHS_NM, plan.wavelengths_nm)
-    estimate = np.einsum("npc,pcl->nl", exact[:, index], plan.reconstruction)
+    index = np.searchsorted(WAVELENGTHS_NM, fitted.wavelengths_nm)
+    estimate = np.einsum("npc,pcl->nl", exact[:, index], fitted.reconstruction)
     white = white_xyz() * spectra_to_xyz(light)[1]
     errors = delta_e_2000(spectra_to_xyz(exact), np.maximum(spectra_to_xyz(estimate), 0), white)
     assert errors.mean() < 0.5
@@ -200,7 +251,7 @@ def test_emission_is_predicted_too_and_rides_with_set_0(planned, metals):
 
 
 def test_a_bound_out_of_reach_is_said(planned, metals):
-    _, plan = planned(metals, kind="light-basis", max_de2000=1e-5)
+    _, plan = planned(metals, max_de2000=1e-5)
     assert any("is not reached" in sentence for sentence in describe(plan))
 
 
