@@ -44,7 +44,9 @@ def job_button(layout: bpy.types.UILayout, context: bpy.types.Context, operator:
     if running.operator == operator:
         column = layout.column(align=True)
         column.progress(factor=running.fraction, text=f"{running.fraction:.0%}")
-        paragraph(column, context, running.message or "Starting", "NONE")  # too long for the bar: it would be cut
+        paragraph(
+            column, context, running.message or "Starting", "NONE"
+        )  # too long for the bar: it would be cut
     else:
         layout.operator(operator, icon=icon)
 
