@@ -8,6 +8,31 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 from .library_pickers import clear_material_names, glass_names, lamp_names, metal_names, reflectance_names
 
 
+def _name_or_file(name: str, description: str, search: Any, default: str = "") -> Any:
+    """A name of the library, or a file."""
+    return StringProperty(
+        name=name,
+        description=description,
+        default=default,
+        subtype="FILE_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+        search=search,
+        search_options={"SUGGESTION"},
+    )
+
+
+def metal_name() -> Any:
+    """The metal."""
+    return StringProperty(
+        name="Metal",
+        description="Metal (Au, Ag, Cu, Al, ...), a page of refractiveindex.info as shelf/book/page, or a CSV file with the "
+        "columns wavelength_nm,n,k",
+        default="Au",
+        search=metal_names,
+        search_options={"SUGGESTION"},
+    )
+
+
 def _light(of_what: str) -> Any:
     """Where the spectrum of light comes from."""
     return EnumProperty(
@@ -30,15 +55,12 @@ def _light(of_what: str) -> Any:
 
 def _lamp() -> Any:
     """The lamp."""
-    return StringProperty(
-        name="Lamp",
-        description='A lamp of the library such as "FL11", "Planck 3200 K" or "Daylight 6500 K", or a file with the columns '
+    return _name_or_file(
+        "Lamp",
+        'A lamp of the library such as "FL11", "Planck 3200 K" or "Daylight 6500 K", or a file with the columns '
         "wavelength_nm,power, covering 400-700 nm",
-        default="A",
-        subtype="FILE_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
-        search=lamp_names,
-        search_options={"SUGGESTION"},
+        lamp_names,
+        "A",
     )
 
 
@@ -63,31 +85,17 @@ class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
             ("DISPERSIVE", "Dispersive Glass", "Clear glass that refracts each wavelength differently"),
         ),
     )
-    metal: StringProperty(
-        name="Metal",
-        description="Metal (Au, Ag, Cu, Al, ...), a page of refractiveindex.info as shelf/book/page, or a CSV file with the "
-        "columns wavelength_nm,n,k",
-        default="Au",
-        search=metal_names,
-        search_options={"SUGGESTION"},
+    metal: metal_name()
+    reflectance_path: _name_or_file(
+        "Reflectance",
+        "A measured surface of the library, or a file with the columns wavelength_nm,reflectance, covering 400-700 nm",
+        reflectance_names,
     )
-    reflectance_path: StringProperty(
-        name="Reflectance",
-        description="A measured surface of the library, or a file with the columns wavelength_nm,reflectance, "
-        "covering 400-700 nm",
-        subtype="FILE_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
-        search=reflectance_names,
-        search_options={"SUGGESTION"},
-    )
-    glass: StringProperty(
-        name="Glass",
-        description="A stained glass of the library, or a file with the columns wavelength_nm,transmittance",
-        default="red",
-        subtype="FILE_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
-        search=glass_names,
-        search_options={"SUGGESTION"},
+    glass: _name_or_file(
+        "Glass",
+        "A stained glass of the library, or a file with the columns wavelength_nm,transmittance",
+        glass_names,
+        "red",
     )
     glass_as: EnumProperty(
         name="Use As",

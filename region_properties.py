@@ -13,14 +13,15 @@ from bpy.props import (
 from .library_pickers import glass_names, lamp_names
 
 
-def _table(name: str, description: str) -> object:
+def table_file(name: str, description: str) -> object:
+    """A file with a spectrum, in place of a name."""
     return StringProperty(
         name=name, description=description, subtype="FILE_PATH", options={"PATH_SUPPORTS_BLEND_RELATIVE"}
     )
 
 
-class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
-    """A region of the panorama, and the glass or lamp to put there."""
+class RegionPlace:
+    """Mixin: where in the panorama a region is."""
 
     kind: EnumProperty(
         name="Region",
@@ -54,6 +55,11 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
         name="Mask",
         description="Picture twice as wide as high, as the panorama: white is inside, black or transparent outside",
     )
+
+
+class SPECTRAL_PROBE_PG_region(RegionPlace, bpy.types.PropertyGroup):
+    """A region of the panorama, and the glass or lamp to put there."""
+
     glass: StringProperty(
         name="Glass",
         description="Stained glass put before the region",
@@ -61,7 +67,7 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
         search=glass_names,
         search_options={"SUGGESTION"},
     )
-    glass_path: _table(
+    glass_path: table_file(
         "Transmittance", "CSV with wavelength_nm,transmittance (0 to 1), in place of a glass's name"
     )
     lamp: StringProperty(
@@ -71,7 +77,7 @@ class SPECTRAL_PROBE_PG_region(bpy.types.PropertyGroup):
         search=lamp_names,
         search_options={"SUGGESTION"},
     )
-    lamp_path: _table("Spectrum", "CSV with wavelength_nm,power, in place of a lamp's name")
+    lamp_path: table_file("Spectrum", "CSV with wavelength_nm,power, in place of a lamp's name")
     keeps: EnumProperty(
         name="Keep",
         description="What of the region's light stays as it is under another lamp",

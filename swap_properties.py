@@ -6,11 +6,11 @@ from bpy.props import (
     EnumProperty,
     FloatProperty,
     IntProperty,
-    PointerProperty,
     StringProperty,
 )
 
 from .library_pickers import glass_names, lamp_names
+from .region_properties import RegionPlace, table_file
 
 
 def rendered_lights(settings: bpy.types.PropertyGroup, _context: bpy.types.Context, _edit: str) -> list[str]:
@@ -18,36 +18,8 @@ def rendered_lights(settings: bpy.types.PropertyGroup, _context: bpy.types.Conte
     return [line.partition("\t")[0] for line in settings.lights.splitlines()]
 
 
-class SPECTRAL_PROBE_PG_swappable(bpy.types.PropertyGroup):
+class SPECTRAL_PROBE_PG_swappable(RegionPlace, bpy.types.PropertyGroup):
     """A region whose light has layers of its own, so that it can be exchanged; its name is that of the group."""
-
-    kind: EnumProperty(
-        name="Region",
-        description="How the region is given",
-        items=(
-            ("SEED", "Point", "The window or lamp at one direction, as far as its light reaches"),
-            ("POLYGON", "Polygon", "Corners joined by great circles"),
-            ("MASK", "Mask", "A painted picture of the whole panorama, white inside"),
-        ),
-    )
-    azimuth: FloatProperty(
-        name="Bearing",
-        description="Compass bearing of a point in the window or lamp: 0 along +Y, clockwise seen from above",
-        subtype="ANGLE",
-    )
-    elevation: FloatProperty(
-        name="Elevation",
-        description="Elevation of that point above the horizon",
-        subtype="ANGLE",
-        min=-1.5707964,
-        max=1.5707964,
-    )
-    polygon: StringProperty(name="Corners", description="Bearing and elevation of each corner in degrees")
-    mask: PointerProperty(
-        type=bpy.types.Image,
-        name="Mask",
-        description="Picture twice as wide as high: white is inside, black or transparent outside",
-    )
 
 
 class SPECTRAL_PROBE_PG_swap(bpy.types.PropertyGroup):
@@ -85,12 +57,7 @@ class SPECTRAL_PROBE_PG_swap(bpy.types.PropertyGroup):
         search=lamp_names,
         search_options={"SUGGESTION"},
     )
-    lamp_path: StringProperty(
-        name="Spectrum",
-        description="CSV with wavelength_nm,power, in place of a lamp's name",
-        subtype="FILE_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
-    )
+    lamp_path: table_file("Spectrum", "CSV with wavelength_nm,power, in place of a lamp's name")
     glass: StringProperty(
         name="Glass",
         description="Stained glass before the light",
@@ -98,11 +65,8 @@ class SPECTRAL_PROBE_PG_swap(bpy.types.PropertyGroup):
         search=glass_names,
         search_options={"SUGGESTION"},
     )
-    glass_path: StringProperty(
-        name="Transmittance",
-        description="CSV with wavelength_nm,transmittance (0 to 1), in place of a glass's name",
-        subtype="FILE_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    glass_path: table_file(
+        "Transmittance", "CSV with wavelength_nm,transmittance (0 to 1), in place of a glass's name"
     )
     keeps: EnumProperty(
         name="Keep",

@@ -3,9 +3,9 @@
 import math
 
 import bpy
-from bpy.props import FloatProperty, StringProperty
+from bpy.props import FloatProperty
 
-from ..library_pickers import metal_names
+from ..material_properties import metal_name
 from ..spectral_probe.render.beckmann import WIDEST_GAMMA_RAD
 from .base import FINISHED, OperatorResult, ReportsErrors
 
@@ -16,13 +16,7 @@ class SPECTRAL_PROBE_OT_add_torrance_sparrow(ReportsErrors, bpy.types.Operator):
     bl_idname = "spectral_probe.add_torrance_sparrow"
     bl_label = "Add Torrance-Sparrow"
 
-    metal: StringProperty(
-        name="Metal",
-        description="Metal (Au, Ag, Cu, Al, ...) or a page of refractiveindex.info as shelf/book/page",
-        default="Au",
-        search=metal_names,
-        search_options={"SUGGESTION"},
-    )
+    metal: metal_name()
     alpha: FloatProperty(
         name="Alpha",
         description="Weight of diffuse reflection per steradian; 0.318 reflects all of the diffuse colour",

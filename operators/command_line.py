@@ -53,6 +53,7 @@ def render_scene(
     """Render an open scene as the command line asks; returns the numbers of its report.json."""
     from ..spectral_probe.cli_output import output_settings_of
     from ..spectral_probe.cli_swap import swappable_masks
+    from ..spectral_probe.render.plan_file import load_plan
     from .bridge.cycles import spectral_render
     from .bridge.frames import render_frames
     from .bridge.planning import Planner, PlanRequest
@@ -63,7 +64,8 @@ def render_scene(
     samples = arguments.samples or scene.cycles.samples
     masks = swappable_masks(arguments, probe)
     request = PlanRequest(arguments.passes, arguments.max_de, arguments.full_samples, masks)
-    planner = Planner(probe, request, samples)
+    plan = None if arguments.plan is None else load_plan(arguments.plan)
+    planner = Planner(probe, request, samples, plan)
     if arguments.plan_only:
         return _planned(scene, planner)
     words: dict[str, Any] = {

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, job_button, paragraph, results, row, settings_layout
+from .main import InSidebar, job_button, name_or_file, paragraph, results, row, settings_layout
 
 _ICONS = {"glass": "MOD_LATTICE", "lamp": "LIGHT"}
 
@@ -54,17 +54,11 @@ class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
             column.template_ID(region, "mask", open="image.open")
             column.operator("spectral_probe.add_mask", icon="BRUSH_DATA")
         column.separator()
-        name = column.column()
-        name.active = not region.glass_path
-        name.prop(region, "glass")
-        column.prop(region, "glass_path", text="File")
+        name_or_file(column, region, "glass")
         job_button(layout, context, "spectral_probe.add_glass", "MOD_LATTICE")
         layout.separator()
         column = settings_layout(layout)
-        name = column.column()
-        name.active = not region.lamp_path
-        name.prop(region, "lamp")
-        column.prop(region, "lamp_path", text="File")
+        name_or_file(column, region, "lamp")
         column.prop(region, "keeps")
         if region.keeps == "surfaces":
             column.prop(region, "was")

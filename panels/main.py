@@ -1,6 +1,7 @@
 """The sidebar tab that holds a child panel for each stage."""
 
 import textwrap
+from typing import ClassVar
 
 import bpy
 
@@ -15,6 +16,14 @@ class InSidebar:
     bl_region_type = "UI"
     bl_category = "Spectral Probe"
     bl_parent_id = "SPECTRAL_PROBE_PT_main"
+
+
+class InProperties:
+    """Mixin: a closed panel of the properties editor."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
 
 class SPECTRAL_PROBE_PT_main(bpy.types.Panel):
@@ -77,6 +86,14 @@ def settings_layout(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     column.use_property_split = True
     column.use_property_decorate = False
     return column
+
+
+def name_or_file(column: bpy.types.UILayout, owner: bpy.types.AnyType, name: str) -> None:
+    """A name of the library, grey where a file takes its place, and that file."""
+    named = column.column()
+    named.active = not getattr(owner, f"{name}_path")
+    named.prop(owner, name)
+    column.prop(owner, f"{name}_path", text="File")
 
 
 def duration(seconds: float) -> str:

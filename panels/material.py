@@ -1,10 +1,8 @@
 """What materials and lamps are in spectral renders, in their properties."""
 
-from typing import ClassVar
-
 import bpy
 
-from .main import settings_layout
+from .main import InProperties, settings_layout
 
 
 def draw_spectrum(column: bpy.types.UILayout, material: bpy.types.Material) -> None:
@@ -40,14 +38,11 @@ def draw_light(column: bpy.types.UILayout, settings: bpy.types.PropertyGroup) ->
         column.prop(settings, "lamp")
 
 
-class SPECTRAL_PROBE_PT_material(bpy.types.Panel):
+class SPECTRAL_PROBE_PT_material(InProperties, bpy.types.Panel):
     """Spectral settings of the active material."""
 
     bl_label = "Spectral Probe"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "material"
-    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -61,14 +56,11 @@ class SPECTRAL_PROBE_PT_material(bpy.types.Panel):
         draw_light(column, context.material.spectral_probe)
 
 
-class SPECTRAL_PROBE_PT_light(bpy.types.Panel):
+class SPECTRAL_PROBE_PT_light(InProperties, bpy.types.Panel):
     """Spectral settings of the active lamp."""
 
     bl_label = "Spectral Probe"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "data"
-    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, job_button, paragraph, results, row, settings_layout
+from .main import InSidebar, job_button, name_or_file, paragraph, results, row, settings_layout
 
 
 class SPECTRAL_PROBE_UL_swappable(bpy.types.UIList):
@@ -60,16 +60,10 @@ class SPECTRAL_PROBE_PT_swap(InSidebar, bpy.types.Panel):
 
 def _draw_replacement(column: bpy.types.UILayout, swap: bpy.types.AnyType) -> None:
     if swap.kind == "LAMP":
-        name = column.column()
-        name.active = not swap.lamp_path
-        name.prop(swap, "lamp")
-        column.prop(swap, "lamp_path", text="File")
+        name_or_file(column, swap, "lamp")
         column.prop(swap, "keeps")
     elif swap.kind == "GLASS":
-        name = column.column()
-        name.active = not swap.glass_path
-        name.prop(swap, "glass")
-        column.prop(swap, "glass_path", text="File")
+        name_or_file(column, swap, "glass")
 
 
 def draw_plan(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:

@@ -1,22 +1,17 @@
 """The paper's surface (eq. 12) in the material properties: a button to add it, and its parameters."""
 
-from typing import ClassVar
-
 import bpy
 
-from .main import settings_layout
+from .main import InProperties, settings_layout
 
 _PARAMETERS = ("Alpha", "Beta", "Beta Mirror", "Gamma", "Diffuse Color")
 
 
-class SPECTRAL_PROBE_PT_torrance_sparrow(bpy.types.Panel):
+class SPECTRAL_PROBE_PT_torrance_sparrow(InProperties, bpy.types.Panel):
     """A surface of diffuse reflection, a lobe of facets and a mirror."""
 
     bl_label = "Torrance-Sparrow"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "material"
-    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -26,12 +26,20 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         "--world", action="store_true", help="the scene's own world is the light, its sky being daylight"
     )
     plan = parser.add_argument_group("passes")
-    plan.add_argument(
+    which = plan.add_mutually_exclusive_group()
+    which.add_argument(
         "--passes",
         type=_passes,
         default=None,
         metavar="N|all",
         help="wavelengths of every set of light layers, or all 61, three a pass (default: as few as keep the error bound)",
+    )
+    which.add_argument(
+        "--plan",
+        type=Path,
+        default=None,
+        metavar="PLAN.json",
+        help="the plan of an earlier render in this light, as its folder has it",
     )
     plan.add_argument(
         "--max-de",

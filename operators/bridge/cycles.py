@@ -7,7 +7,7 @@ the scene, the light and the settings are those it began with (`fingerprint`).
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -127,8 +127,10 @@ def spectral_render(
     directory = Path(directory)
     request = PlanRequest(passes, max_de2000, full_samples, swappable or {})
     planner = planner or Planner(probe, request, samples)
+    planner = replace(planner, given=plan or planner.given)
+    plan = planner.given
     outputs = outputs or OutputSettings()
-    folder = folder_of_steps(directory, render_fingerprint(scene, planner, plan), scene, on_change)
+    folder = folder_of_steps(directory, render_fingerprint(scene, planner), scene, on_change)
     if folder.finished:
         plan, samples = load_plan(directory / PLAN_NAME), int(folder.fingerprint["samples"])
     with ExitStack() as stack:
@@ -151,6 +153,8 @@ def spectral_render(
 def planned(scene: bpy.types.Scene, planner: Planner) -> PassPlan:
     """The plan that `spectral_render` makes with a planner for a scene, which comes back as it was."""
     check_scene(scene, planner.samples, own_world=planner.probe is None)
+    if planner.given is not None:
+        return planner.given
     if planner.request.passes == "all":
         return reference_plan()
     with _translated(scene, planner.probe, True, light_level(planner.probe)) as (materials, world):

@@ -13,7 +13,7 @@ from ...spectral_probe.spectra.dispersion import (
     sellmeier_index,
 )
 from ...spectral_probe.spectra.glass import glass_transmittance
-from .shaders import link_of, shaders, unlink
+from .shaders import link_of, move_links, shaders, take, unlink
 from .translation import Translation
 
 type Array = np.ndarray[Any, Any]
@@ -90,10 +90,7 @@ def absorbing_socket(root: bpy.types.NodeTree) -> bpy.types.NodeSocket:
     if feeding is None:
         root.links.new(volume.outputs[0], output.inputs["Volume"])
     else:
-        both = root.nodes.new("ShaderNodeAddShader")
-        root.links.new(feeding.from_socket, both.inputs[0])
-        root.links.new(volume.outputs[0], both.inputs[1])
-        root.links.new(both.outputs[0], output.inputs["Volume"])
+        root.links.new(_sum(root, feeding.from_socket, volume.outputs[0]), output.inputs["Volume"])
     socket: bpy.types.NodeSocket = volume.inputs["Absorption Coefficients"]
     return socket
 
@@ -136,8 +133,7 @@ def translate_dispersive(
             translation.bind_colour(label, tree, one.inputs["Color"], mask=np.eye(3)[channel])
             done.add(one)
             total = one.outputs[0] if total is None else _sum(tree, total, one.outputs[0])
-        for link in list(node.outputs[0].links):
-            tree.links.new(total, link.to_socket)
+        move_links(tree, node, total)
         done.add(node)
     return done
 
@@ -165,9 +161,8 @@ def _as_glass(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bpy.types.Node:
     glass = tree.nodes.new("ShaderNodeBsdfGlass")
     glass.distribution = node.distribution
     for source, target in (("Base Color", "Color"), ("Roughness", "Roughness"), ("Normal", "Normal")):
-        _take(tree, node.inputs[source], glass.inputs[target])
-    for link in list(node.outputs[0].links):
-        tree.links.new(glass.outputs[0], link.to_socket)
+        take(tree, node.inputs[source], glass.inputs[target])
+    move_links(tree, node, glass.outputs[0])
     return glass
 
 
@@ -175,16 +170,8 @@ def _copied(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bpy.types.Node:
     one = tree.nodes.new(node.bl_idname)
     one.distribution = node.distribution
     for source, target in zip(node.inputs, one.inputs, strict=True):
-        _take(tree, source, target)
+        take(tree, source, target)
     return one
-
-
-def _take(tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:
-    """Give a socket the value and the link of another."""
-    link = link_of(source)
-    if link:
-        tree.links.new(link.from_socket, target)
-    target.default_value = source.default_value
 
 
 def _sum(tree: bpy.types.NodeTree, one: Any, other: Any) -> bpy.types.NodeSocket:

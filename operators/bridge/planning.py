@@ -68,14 +68,23 @@ class PlanRequest:
 class Planner:
     """Makes plans for scenes in one light, and keeps each as long as materials and lamps stay as they are.
 
-    Without a `probe` the light is the scene's own world.
+    Without a `probe` the light is the scene's own world. `given` is the plan where there is one already.
     """
 
     probe: SpectralPanorama | None
     request: PlanRequest
     samples: int
+    given: PassPlan | None = None
     _plans: dict[str, PassPlan] = field(default_factory=dict)
     _sets: dict[str, tuple[LightSet, ...]] = field(default_factory=dict)
+
+    def digest(self) -> str:
+        """What tells the plans that are made from those of another planner in the same light."""
+        if self.given is None:
+            return self.request.digest()
+        given = self.given
+        return _digest(given.wavelengths_nm.tobytes(), given.sample_shares.tobytes(),
+                       (given.reconstruction / given.level).tobytes())  # fmt: skip
 
     def sets(self, materials: SpectralMaterials, world: OwnWorld | None) -> tuple[LightSet, ...]:
         """The light sets for a scene's materials; `world` is the scene's own where there is no probe."""

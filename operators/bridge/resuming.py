@@ -13,7 +13,6 @@ from ...spectral_probe.render.pass_folder import (
     remove_unfinished,
 )
 from ...spectral_probe.render.plan_file import load_plan
-from ...spectral_probe.render_model import PassPlan
 from .assembling import remove_pictures
 from .fingerprint import light_fingerprint, scene_fingerprint
 from .pass_settings import enabled_layers
@@ -29,15 +28,13 @@ class SceneChangedError(RenderError):
     """An unfinished render in the folder was made from something else."""
 
 
-def render_fingerprint(
-    scene: bpy.types.Scene, planner: Planner, plan: PassPlan | None = None
-) -> dict[str, str]:
+def render_fingerprint(scene: bpy.types.Scene, planner: Planner) -> dict[str, str]:
     """What a render's steps are made from, a digest for each part."""
     return {
         "scene": scene_fingerprint(scene),
         "light": light_fingerprint(planner.probe),
         "samples": str(planner.samples),
-        "plan": planner.request.digest() if plan is None else repr(plan.wavelengths_nm.tolist()),
+        "plan": planner.digest(),
         "Blender": bpy.app.version_string,
     }
 

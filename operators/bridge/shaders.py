@@ -76,6 +76,20 @@ def unlink(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> None:
         tree.links.remove(link)
 
 
+def move_links(tree: bpy.types.NodeTree, node: bpy.types.Node, output: bpy.types.NodeSocket) -> None:
+    """Let another socket feed all that a shader node feeds."""
+    for link in list(node.outputs[0].links):
+        tree.links.new(output, link.to_socket)
+
+
+def take(tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:
+    """Give a socket the value and the link of another."""
+    link = link_of(source)
+    if link:
+        tree.links.new(link.from_socket, target)
+    target.default_value = source.default_value
+
+
 def set_value(socket: bpy.types.NodeSocket, values: Array) -> None:
     """Set a colour or vector socket to three numbers."""
     socket.default_value = (*map(float, values), 1.0) if socket.type == "RGBA" else tuple(map(float, values))
@@ -94,13 +108,8 @@ def _metallic(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bpy.types.Node:
         target = metallic.inputs.get(turned.get(source.name, source.name))
         if target is None or target.name not in {"Roughness", "Anisotropy", "Rotation", "Normal", "Tangent"}:
             continue
-        link = link_of(source)
-        if link:
-            tree.links.new(link.from_socket, target)
-        else:
-            target.default_value = source.default_value
-    for link in list(node.outputs[0].links):
-        tree.links.new(metallic.outputs[0], link.to_socket)
+        take(tree, source, target)
+    move_links(tree, node, metallic.outputs[0])
     tree.nodes.remove(node)
     return metallic
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,11 @@ def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str,
         (H, W) arrays by channel name; float32 and float16 are kept as they are.
     header
         Attributes: text or numbers.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be written there, as on a full disk.
     """
     attributes: Header = {
         "compression": OpenEXR.ZIP_COMPRESSION,
@@ -35,7 +41,15 @@ def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str,
     }
     pixels = {name: np.ascontiguousarray(channel) for name, channel in channels.items()}
     with written_whole(path) as temporary:
-        OpenEXR.File(attributes, pixels).write(str(temporary))
+        file = OpenEXR.File(attributes, pixels)
+        try:
+            file.write(str(temporary))
+        except RuntimeError as problem:
+            why = str(problem).rpartition('". ')[2].rstrip(".")
+            free = shutil.disk_usage(temporary.parent).free / 1e6
+            raise FileFormatError(
+                f"{path} cannot be written ({why}); {free:.0f} MB are free there. Make room, or choose another place."
+            ) from None
 
 
 def read_channels(path: Path) -> tuple[dict[str, Any], Header]:

@@ -70,6 +70,18 @@ def test_render_takes_frame_samples_and_no_rgb(run, scene_file, probe_file, tmp_
     assert not (out / "rgb.exr").exists()
 
 
+def test_a_plan_is_used_again_in_the_own_world(run, scene_file, tmp_path, capfd):
+    out, plan = tmp_path / "out", tmp_path / "out" / "plan.json"
+    words = ["render", str(scene_file), "--world", "--samples", "1", "--no-rgb", "--json"]
+    assert run([*words, "-o", str(out), "--passes", "2"]) == 0
+    assert run([*words, "-o", str(tmp_path / "again"), "--plan", str(plan)]) == 0
+    first, again = map(json.loads, capfd.readouterr().out.splitlines()[-2:])
+    assert first["passes"] == 2
+    assert again["wavelengths_nm"] == first["wavelengths_nm"]
+    assert run([*words, "-o", str(out), "--plan", str(tmp_path / "lost.json")]) == 2
+    assert "lost.json" in capfd.readouterr().err.splitlines()[-1]
+
+
 @pytest.mark.parametrize(
     ("scene_name", "probe_name", "message"),
     [

@@ -45,7 +45,8 @@ def test_defaults(parse):
 
 @pytest.mark.parametrize(
     "words",
-    [["--restart", "--resume"], ["--frame", "1", "--frames", "1-2"], ["--max-de", "0"], ["--max-de", "nan"],
+    [["--restart", "--resume"], ["--plan", "plan.json", "--passes", "4"],
+     ["--frame", "1", "--frames", "1-2"], ["--max-de", "0"], ["--max-de", "nan"],
      ["--passes", "0"], ["--samples", "none"], ["--frames", "x"]],
 )  # fmt: skip
 def test_refused(parse, words):

@@ -14,24 +14,7 @@ SPECTRUM = np.full(61, 0.02)
 
 
 @pytest.fixture
-def one_pass(extension):
-    """A plan of one pass of the wavelength kind: 450, 550 and 650 nm in its channels."""
-    grid = np.arange(400.0, 701.0, 5.0)
-    reconstruction = np.zeros((1, 3, 61))
-    reconstruction[0, range(3), (10, 30, 50)] = 1.0
-    return extension("spectral_probe.render_model").PassPlan(
-        kind="wavelength",
-        wavelengths_nm=grid[[[10, 30, 50]]],
-        reconstruction=reconstruction,
-        grid_nm=grid,
-        sample_shares=np.ones(1),
-        references=(0,),
-        light_sets=(0,),
-    )
-
-
-@pytest.fixture
-def furnace(scene, bridge, extension, uniform_light, one_pass, tmp_path):
+def furnace(scene, bridge, extension, uniform_light, three_wavelengths, tmp_path):
     """Render in equal light; XYZ over that of the light, which a corner of the picture shows."""
 
     scene.cycles.use_denoising = False
@@ -40,7 +23,7 @@ def furnace(scene, bridge, extension, uniform_light, one_pass, tmp_path):
         job = bridge.spectral_render(
             scene,
             uniform_light(SPECTRUM),
-            one_pass if kind == "wavelength" else None,
+            three_wavelengths if kind == "wavelength" else None,
             tmp_path / "out",
             samples=samples,
             passes=3,

@@ -58,23 +58,6 @@ def panorama(extension):
 
 
 @pytest.fixture
-def three_wavelengths(extension):
-    """A plan of one pass: 450, 550 and 650 nm in its channels, the spectrum zero elsewhere."""
-    grid = np.arange(400.0, 701.0, 5.0)
-    reconstruction = np.zeros((1, 3, 61))
-    reconstruction[0, range(3), (10, 30, 50)] = 1.0
-    return extension("spectral_probe.render_model").PassPlan(
-        kind="wavelength",
-        wavelengths_nm=grid[[[10, 30, 50]]],
-        reconstruction=reconstruction,
-        grid_nm=grid,
-        sample_shares=np.ones(1),
-        references=(0,),
-        light_sets=(0,),
-    )
-
-
-@pytest.fixture
 def both(scene, bridge, extension, ball_view, three_wavelengths, tmp_path):
     """Render a surface in Cycles and in numpy: XYZ images of three wavelengths."""
     reference = extension("spectral_probe.render.torrance_sparrow")

@@ -1,3 +1,4 @@
+import resource
 from dataclasses import replace
 
 import numpy as np
@@ -43,6 +44,20 @@ def test_the_error_of_directions_comes_back(panorama, tmp_path):
     assert np.array_equal(read_probe(tmp_path / "probe.exr").direction_error_rad, error)
     write_probe(tmp_path / "probe.exr", panorama)
     assert read_probe(tmp_path / "probe.exr").direction_error_rad is None
+
+
+def test_a_full_disk_is_one_sentence_and_leaves_no_file(tmp_path):
+    """A limit on the size of files fails writing as a full disk does."""
+    noise = np.random.default_rng(13).random((200, 200)).astype(np.float32)
+    _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, hard))
+    try:
+        with pytest.raises(FileFormatError, match="Make room") as caught:
+            write_channels(tmp_path / "noise.exr", {"Y": noise})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
 
 
 def test_layers_come_back(tmp_path):
