@@ -43,7 +43,7 @@ class SPECTRAL_PROBE_PT_swap(InSidebar, bpy.types.Panel):
             paragraph(
                 layout.column(align=True),
                 context,
-                "Choose a region in Glass and Lamps, press +, then render. Lamps of a measured spectrum need no +.",
+                "Choose a region in Glass and Lamps, press +, then render. Measured lamps can then be exchanged, too.",
                 "INFO",
             )
         else:

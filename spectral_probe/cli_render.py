@@ -55,7 +55,9 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         help="samples a pixel of a full pass, none of them adaptive (default: the scene's, 4096 where they were never set)",
     )
     plan.add_argument(
-        "--full-samples", action="store_true", help="give every pass all samples: no ratios between passes"
+        "--full-samples",
+        action="store_true",
+        help="give every pass all samples: none shared, no ratios between passes",
     )
     plan.add_argument(
         "--plan-only", action="store_true", help="say the passes and their cost, render nothing"
