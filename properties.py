@@ -300,7 +300,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
             (
                 "NUMBER",
                 "Number",
-                "Passes of light layers, so many wavelengths for every set of layers: measured lamps can be exchanged later",
+                "Passes of light layers: this many wavelengths for every set of layers, chosen for light and materials",
             ),
             ("REFERENCE", "Reference", "All 61 wavelengths from 400 to 700 nm, three a pass: 21 passes"),
         ),

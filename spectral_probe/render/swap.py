@@ -97,7 +97,8 @@ def checked_name(plan: PassPlan, name: str) -> str:
     names = light_names(plan)
     if not names:
         raise RenderError(
-            "Nothing in this render can be exchanged. Make a region swappable (--swappable), and render again."
+            "Nothing in this render can be exchanged. Make a region swappable (--swappable), or measured lamps "
+            "(--swappable-lamps), and render again."
         )
     for known in names:
         if known.lower() == name.lower():
@@ -150,7 +151,7 @@ def swapped_xyz(
     path = Path(render_dir) / f"{SWAPPABLE_STEM}{layer_suffix}.exr"
     if not path.is_file():
         raise FileFormatError(
-            f"{path} is missing: without it no light can be exchanged. Render again with a swappable region."
+            f"{path} is missing: without it no light can be exchanged. Render again with a swappable region or a measured lamp."
         )
     layers = swappable_layers(plan)
     channels, _ = read_channels(path)
