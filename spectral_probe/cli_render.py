@@ -25,6 +25,32 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     light.add_argument(
         "--world", action="store_true", help="the scene's own world is the light, its sky being daylight"
     )
+    _add_plan_words(parser)
+    add_swappable_words(parser)
+    frames = parser.add_mutually_exclusive_group()
+    frames.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
+    frames.add_argument(
+        "--frames",
+        type=frame_list,
+        default=None,
+        metavar="LIST",
+        help="frames of an animation, such as 1-24 or 1,5,10-20, each into a folder of its own, frame_0001 and so on",
+    )
+    parser.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
+    add_output_words(parser)
+    changed = parser.add_mutually_exclusive_group()
+    changed.add_argument(
+        "--restart", action="store_true", help="render anew, whatever the folder has of an unfinished render"
+    )
+    changed.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with the passes in the folder as they are, though the scene has changed since",
+    )
+
+
+def _add_plan_words(parser: argparse.ArgumentParser) -> None:
+    """How many passes and samples."""
     plan = parser.add_argument_group("passes")
     which = plan.add_mutually_exclusive_group()
     which.add_argument(
@@ -62,27 +88,6 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     )
     plan.add_argument(
         "--plan-only", action="store_true", help="say the passes and their cost, render nothing"
-    )
-    add_swappable_words(parser)
-    frames = parser.add_mutually_exclusive_group()
-    frames.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
-    frames.add_argument(
-        "--frames",
-        type=frame_list,
-        default=None,
-        metavar="LIST",
-        help="frames of an animation, such as 1-24 or 1,5,10-20, each into a folder of its own, frame_0001 and so on",
-    )
-    parser.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
-    add_output_words(parser)
-    changed = parser.add_mutually_exclusive_group()
-    changed.add_argument(
-        "--restart", action="store_true", help="render anew, whatever the folder has of an unfinished render"
-    )
-    changed.add_argument(
-        "--resume",
-        action="store_true",
-        help="go on with the passes in the folder as they are, though the scene has changed since",
     )
 
 
