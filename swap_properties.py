@@ -2,6 +2,7 @@
 
 import bpy
 from bpy.props import (
+    BoolProperty,
     CollectionProperty,
     EnumProperty,
     FloatProperty,
@@ -27,6 +28,11 @@ class SPECTRAL_PROBE_PG_swap(bpy.types.PropertyGroup):
 
     items: CollectionProperty(type=SPECTRAL_PROBE_PG_swappable, name="Swappable Regions")
     active_item: IntProperty(name="Active Region", min=0)
+    lamps: BoolProperty(
+        name="Lamps Too",
+        description="Let the scene's lamps of a measured spectrum be exchanged after rendering, too: the light is then "
+        "rendered in layers",
+    )
     lights: StringProperty(
         name="Lights",
         description="Lights of the render that can be exchanged and what each is now, one a line, parted by a tab",

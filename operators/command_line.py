@@ -63,7 +63,9 @@ def render_scene(
     directory = arguments.output.resolve()
     samples = arguments.samples or scene.cycles.samples
     masks = swappable_masks(arguments, probe)
-    request = PlanRequest(arguments.passes, arguments.max_de, arguments.full_samples, masks)
+    request = PlanRequest(
+        arguments.passes, arguments.max_de, arguments.full_samples, masks, arguments.swappable_lamps
+    )
     plan = None if arguments.plan is None else load_plan(arguments.plan)
     planner = Planner(probe, request, samples, plan)
     if arguments.plan_only:

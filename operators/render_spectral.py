@@ -184,9 +184,8 @@ def planner_of(context: bpy.types.Context) -> Planner:
     probe = read_probe(probe_folder(settings) / "probe.exr") if settings.light == "PROBE" else None
     passes = {"AUTOMATIC": None, "NUMBER": settings.passes, "REFERENCE": "all"}[settings.plan]
     masks = {} if probe is None else marked_masks(settings, probe)
-    return Planner(
-        probe, PlanRequest(passes, settings.max_de2000, settings.full_samples, masks), settings.samples
-    )
+    request = PlanRequest(passes, settings.max_de2000, settings.full_samples, masks, settings.swap.lamps)
+    return Planner(probe, request, settings.samples)
 
 
 def write_preview(xyz_path: Path) -> Path:

@@ -39,11 +39,12 @@ class SPECTRAL_PROBE_PT_swap(InSidebar, bpy.types.Panel):
         buttons = line.column(align=True)
         buttons.operator("spectral_probe.add_swappable", icon="ADD", text="")
         buttons.operator("spectral_probe.remove_swappable", icon="REMOVE", text="")
+        settings_layout(layout).prop(swap, "lamps")
         if not swap.lights:
             paragraph(
                 layout.column(align=True),
                 context,
-                "Choose a region in Glass and Lamps, press +, then render. Lamps of a measured spectrum need no +.",
+                "Choose a region in Glass and Lamps and press +, or switch on Lamps Too; then render.",
                 "INFO",
             )
         else:

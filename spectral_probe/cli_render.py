@@ -58,7 +58,8 @@ def _add_plan_words(parser: argparse.ArgumentParser) -> None:
         type=_passes,
         default=None,
         metavar="N|all",
-        help="wavelengths of every set of light layers, or all 61, three a pass (default: as few as keep the error bound)",
+        help="passes of light layers, N wavelengths for every set of layers; or all 61, three a pass (default: as few as "
+        "keep the error bound)",
     )
     which.add_argument(
         "--plan",
@@ -78,10 +79,12 @@ def _add_plan_words(parser: argparse.ArgumentParser) -> None:
         "--samples",
         type=whole_number,
         default=None,
-        help="samples a pixel of a full pass, none of them adaptive (default: the scene's, 4096 where they were never set)",
+        help="samples a pixel as of an RGB render, none of them adaptive (default: the scene's, 4096 where they were never set)",
     )
     plan.add_argument(
-        "--full-samples", action="store_true", help="give every pass all samples: no ratios between passes"
+        "--full-samples",
+        action="store_true",
+        help="give every pass all samples: none shared, no ratios between passes",
     )
     plan.add_argument(
         "--plan-only", action="store_true", help="say the passes and their cost, render nothing"

@@ -82,6 +82,11 @@ def add_swappable_words(parser: argparse.ArgumentParser) -> None:
         help="a region of the probe whose lamp or glass can be exchanged after rendering (see swap); may be repeated. "
         "Three layers of such light cost one more set of passes",
     )
+    parser.add_argument(
+        "--swappable-lamps",
+        action="store_true",
+        help="let the scene's measured lamps be exchanged after rendering, too: the light is then rendered in layers",
+    )
 
 
 def swappable_masks(arguments: argparse.Namespace, panorama: SpectralPanorama | None) -> dict[str, BoolArray]:

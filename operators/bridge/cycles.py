@@ -68,6 +68,7 @@ def spectral_render(
     max_de2000: float = DEFAULT_MAX_DE2000,
     full_samples: bool = False,
     swappable: Mapping[str, Array] | None = None,
+    lamps_swappable: bool = False,
     rgb_twin: bool = True,
     outputs: OutputSettings | None = None,
     on_change: OnChange = "refuse",
@@ -92,13 +93,15 @@ def spectral_render(
         Samples per pixel of a full pass.
     passes
         Where `plan` is None: the number of light-basis passes, "all" for the 61-wavelength reference, or None (or 0) for
-        as few as keep the error bound.
+        what keeps the error bound: wavelengths fitted to the scene, or light layers where light is to be exchanged.
     max_de2000
         The bound on the largest colour error that the plan may predict.
     full_samples
         Give all passes the same samples: none is estimated as a ratio of another.
     swappable
         Masks (H, W) of the panorama's regions whose light is to be exchanged after rendering, by name.
+    lamps_swappable
+        The scene's measured lamps are to be exchanged after rendering, too.
     rgb_twin
         Also render the scene in plain RGB, lit by the same panorama in Rec.709.
     outputs
@@ -125,7 +128,7 @@ def spectral_render(
     """
     check_scene(scene, samples, own_world=probe is None)
     directory = Path(directory)
-    request = PlanRequest(passes, max_de2000, full_samples, swappable or {})
+    request = PlanRequest(passes, max_de2000, full_samples, swappable or {}, lamps_swappable)
     planner = planner or Planner(probe, request, samples)
     planner = replace(planner, given=plan or planner.given)
     plan = planner.given
