@@ -300,7 +300,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
             (
                 "NUMBER",
                 "Number",
-                "This many wavelengths for every set of light layers, chosen for the light and the materials of this scene",
+                "Passes of light layers: this many wavelengths for every set of layers, chosen for light and materials",
             ),
             ("REFERENCE", "Reference", "All 61 wavelengths from 400 to 700 nm, three a pass: 21 passes"),
         ),
@@ -329,8 +329,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     )
     full_samples: BoolProperty(
         name="Full Samples",
-        description="Give every pass all samples, instead of a fraction that is compared with a full pass: as exact as "
-        "can be, and nearly as many times slower as there are passes in a set of light layers",
+        description="Give every pass all samples, instead of its part of them or a fraction that is compared with a full pass: "
+        "less noise, and nearly as many times slower as there are passes",
     )
     rgb_twin: BoolProperty(
         name="Also RGB",

@@ -40,7 +40,7 @@ class SPECTRAL_PROBE_OT_swap_light(JobOperator, bpy.types.Operator):
             cls,
             context,
             "swappable.exr",
-            "Make a region swappable, or switch on Lamps Too, and render the scene first",
+            "Make a region or lamps swappable, and render the scene first",
         )
 
     def job(self, context: bpy.types.Context) -> Job[dict[str, Any]]:

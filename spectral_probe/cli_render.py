@@ -25,41 +25,7 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     light.add_argument(
         "--world", action="store_true", help="the scene's own world is the light, its sky being daylight"
     )
-    plan = parser.add_argument_group("passes")
-    which = plan.add_mutually_exclusive_group()
-    which.add_argument(
-        "--passes",
-        type=_passes,
-        default=None,
-        metavar="N|all",
-        help="wavelengths of every set of light layers, or all 61, three a pass (default: as few as keep the error bound)",
-    )
-    which.add_argument(
-        "--plan",
-        type=Path,
-        default=None,
-        metavar="PLAN.json",
-        help="the plan of an earlier render in this light, as its folder has it",
-    )
-    plan.add_argument(
-        "--max-de",
-        type=_error,
-        default=DEFAULT_MAX_DE2000,
-        metavar="DE",
-        help=f"dE2000 against all 61 wavelengths that 99 of 100 random pixels are to keep (default {DEFAULT_MAX_DE2000:g})",
-    )
-    plan.add_argument(
-        "--samples",
-        type=whole_number,
-        default=None,
-        help="samples a pixel of a full pass, none of them adaptive (default: the scene's, 4096 where they were never set)",
-    )
-    plan.add_argument(
-        "--full-samples", action="store_true", help="give every pass all samples: no ratios between passes"
-    )
-    plan.add_argument(
-        "--plan-only", action="store_true", help="say the passes and their cost, render nothing"
-    )
+    _add_plan_words(parser)
     add_swappable_words(parser)
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
@@ -80,6 +46,48 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         "--resume",
         action="store_true",
         help="go on with the passes in the folder as they are, though the scene has changed since",
+    )
+
+
+def _add_plan_words(parser: argparse.ArgumentParser) -> None:
+    """How many passes and samples."""
+    plan = parser.add_argument_group("passes")
+    which = plan.add_mutually_exclusive_group()
+    which.add_argument(
+        "--passes",
+        type=_passes,
+        default=None,
+        metavar="N|all",
+        help="passes of light layers, N wavelengths for every set of layers; or all 61, three a pass (default: as few as "
+        "keep the error bound)",
+    )
+    which.add_argument(
+        "--plan",
+        type=Path,
+        default=None,
+        metavar="PLAN.json",
+        help="the plan of an earlier render in this light, as its folder has it",
+    )
+    plan.add_argument(
+        "--max-de",
+        type=_error,
+        default=DEFAULT_MAX_DE2000,
+        metavar="DE",
+        help=f"dE2000 against all 61 wavelengths that 99 of 100 random pixels are to keep (default {DEFAULT_MAX_DE2000:g})",
+    )
+    plan.add_argument(
+        "--samples",
+        type=whole_number,
+        default=None,
+        help="samples a pixel as of an RGB render, none of them adaptive (default: the scene's, 4096 where they were never set)",
+    )
+    plan.add_argument(
+        "--full-samples",
+        action="store_true",
+        help="give every pass all samples: none shared, no ratios between passes",
+    )
+    plan.add_argument(
+        "--plan-only", action="store_true", help="say the passes and their cost, render nothing"
     )
 
 

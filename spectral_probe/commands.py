@@ -25,8 +25,10 @@ from .geometry.calibration import write_calibration
 from .model import FloatArray, Job, Progress, part
 from .probe import build_probe, write_outputs
 from .render.compare import Comparison, compare_images, comparison_report, write_comparison
+from .render.outputs import WHITE_ATTRIBUTE
 from .spectra.colorimetry import illuminant, spectra_to_xyz
 from .spectra.grid import resampling_matrix
+from .spectra.white import parse_white
 from .spectra.working_space import space_of_header
 
 type Numbers = dict[str, Any]
@@ -107,7 +109,8 @@ def read_xyz(path: Path) -> FloatArray:
 def read_tristimulus(path: Path) -> TristimulusImage:
     """Tristimulus values of an image: of X, Y, Z, of a spectral image, or of scene-linear R, G, B.
 
-    R, G, B are in the space of the header's chromaticities, Rec.709 without them.
+    R, G, B are in the space of the header's chromaticities, Rec.709 without them. Where the header says that a picture was
+    adapted from a white, that is undone.
 
     A spectral image may have any wavelengths that cover 400-700 nm; what lies outside is cut. R, G, B beside a spectrum
     are its preview. Reflectances are taken under D65, a perfect diffuser having Y = 1.
@@ -138,7 +141,11 @@ def read_tristimulus(path: Path) -> TristimulusImage:
         )
         return TristimulusImage(image.spectra @ to_xyz, image.remarks + told)
     if all(name in channels for name in "RGB"):
-        return TristimulusImage(space_of_header(header, path.name).to_xyz(_three(channels, "RGB")))
+        xyz = space_of_header(header, path.name).to_xyz(_three(channels, "RGB"))
+        white = parse_white(str(header.get(WHITE_ATTRIBUTE, "")))
+        if white is not None:  # xyz.exr never is: pictures adapted and not would differ by their whites
+            xyz = xyz @ np.linalg.inv(white.adapted(np.eye(3))).astype(np.float32)
+        return TristimulusImage(xyz)
     raise FileFormatError(
         f"{path.name} holds neither X, Y, Z nor R, G, B nor a spectrum. Give xyz.exr, image.exr or rgb.exr of a render."
     )

@@ -25,14 +25,11 @@ _PICTURES = ("xyz", "image", "render", "rgb", "swappable", "spectral")
 
 
 def remove_pictures(directory: Path, view_layers: Sequence[str]) -> None:
-    """Remove the files of an earlier render of these view layers, lest they be taken for those of this one.
-
-    A probe's own spectral.exr in the folder stays.
-    """
+    """Remove the files of an earlier render of these view layers, lest they be taken for those of this one."""
     for name in (REPORT_NAME, "swaps.json"):
         (directory / name).unlink(missing_ok=True)
     for suffix in layer_suffixes(view_layers):
-        for picture in _PICTURES[:-1] if (directory / "probe.exr").is_file() and not suffix else _PICTURES:
+        for picture in _PICTURES:
             (directory / f"{picture}{suffix}.exr").unlink(missing_ok=True)
 
 

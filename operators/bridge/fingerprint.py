@@ -65,6 +65,9 @@ _SESSION_STARTS = ("bl_", "show_", "active_", "is_evaluated", "is_editable", "is
 _RENDERED = ("show_render",)
 """Exceptions: whether a modifier takes part in renders."""
 
+_TABLES = (".csv", ".txt")
+"""How files with spectra end, where a field takes names as well."""
+
 _NODE_PLACE = "location"
 """Nodes' place in the editor: a property of nodes that other structures have, too, where it counts."""
 
@@ -277,6 +280,8 @@ class _Walk:
             self.add(name, np.array(value).tolist())
         else:
             self.add(name, value)
+            if prop.type == "STRING" and (prop.subtype == "FILE_PATH" or value.endswith(_TABLES)):
+                self._file(value)
 
     def _value(self, value: Any) -> None:
         if isinstance(value, bpy.types.ID):

@@ -103,10 +103,12 @@ def assemble(
     moved: FloatArray | None = None
     swappable: dict[str, FloatArray] = {}
     first: Transport | None = None
+    coverage = _Coverage(plan, steps)
     colours = _GuideColours(plan)
     for transport in transports(plan, steps, read):
         first = first or transport
         colours.add(transport)
+        coverage.add(transport)
         for group, image in transport.groups.items():
             spectra = _spectra_of(plan, transport.pass_number, group)
             total = _added(total, image, _coefficients(spectra, rows))
@@ -123,7 +125,7 @@ def assemble(
         swappable |= {f"fixed.{name}": fixed[index] for index, name in enumerate("XYZ")}
     return AssembledRender(
         xyz=np.ascontiguousarray(np.moveaxis(total[:3], 0, -1)),
-        alpha=first.alpha,
+        alpha=coverage.alpha,
         guide=colours.of(first.guide),
         bands_nm=wanted_nm,
         bands=total[3:] if len(wanted_nm) else None,
@@ -277,6 +279,31 @@ def _added(total: FloatArray | None, image: FloatArray, coefficients: FloatArray
         for channel in np.flatnonzero(weights):
             total[row] += weights[channel] * image[..., channel]
     return total
+
+
+class _Coverage:
+    """Alpha of all full passes together, each as much as it has samples: each saw edges through samples of its own."""
+
+    def __init__(self, plan: PassPlan, steps: Sequence[RenderStep]) -> None:
+        self._samples = [
+            sum(step.samples for step in steps if step.pass_number == p) for p in range(plan.passes)
+        ]
+        self._sum: FloatArray | None = None
+        self._weight = 0
+
+    def add(self, transport: Transport) -> None:
+        """Take a pass's alpha into account, if it has one of its own."""
+        if transport.alpha is None:
+            return
+        samples = self._samples[transport.pass_number]
+        part = np.float32(samples) * transport.alpha
+        self._sum = part if self._sum is None else self._sum + part
+        self._weight += samples
+
+    @property
+    def alpha(self) -> FloatArray | None:
+        """(H, W), None with an opaque film."""
+        return None if self._sum is None else self._sum / np.float32(self._weight)
 
 
 class _GuideColours:

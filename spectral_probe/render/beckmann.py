@@ -44,10 +44,6 @@ class BeckmannFit:
         """Roughness of Cycles' nodes."""
         return math.sqrt(self.alpha)
 
-    def specular_weight(self, beta: float) -> float:
-        """Weight of Cycles' lobe, normalised over facets, for the paper's beta: 4 pi alpha^2 beta."""
-        return 4.0 * math.pi * self.alpha**2 * beta
-
 
 def beckmann_alpha(gamma_rad: float) -> BeckmannFit:
     """The Beckmann distribution for the paper's angle gamma.

@@ -195,6 +195,10 @@ class Picture:
             )
         )
 
+    def layers_errors(self, sets: Sequence[LightSet]) -> FloatArray:
+        """DE2000 (N,) of the pixels with the light in the layers of these sets, rendered at all wavelengths."""
+        return self.errors(spectra_to_xyz(self.held_spectra([light.layers.spectra for light in sets])))
+
     def errors(self, estimate_xyz: FloatArray) -> FloatArray:
         """DE2000 (N,) of tristimulus values (N, 3) from those of the pixels.
 

@@ -23,7 +23,6 @@ from .interpolation import path_shares, random_products
 from .layers import light_layers, strongest_components, visual_root
 from .light_samples import (
     PIXELS,
-    Picture,
     drawn_texels,
     exposed_errors,
     largest_error,
@@ -124,11 +123,6 @@ def light_rank(panorama: SpectralPanorama, most: int = 12) -> int:
 def of_directions(panorama: SpectralPanorama, mask: BoolArray) -> SpectralPanorama:
     """The panorama, black outside a mask (H, W)."""
     return replace(panorama, weights=np.where(mask[..., None], panorama.weights, np.float32(0.0)))
-
-
-def layers_error(sets: Sequence[LightSet], picture: Picture) -> FloatArray:
-    """DE2000 (N,) of a picture's pixels with the light in layers, rendered at all wavelengths."""
-    return picture.errors(spectra_to_xyz(picture.held_spectra([light.layers.spectra for light in sets])))
 
 
 def _fixed_sets(

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..model import BoolArray, FloatArray, SpectralPanorama
 from ..render_model import LightLayers, LightSet
-from ..spectra.colorimetry import colour_matching_functions, spectra_to_xyz
+from ..spectra.colorimetry import colour_matching_functions
 from ..spectra.edits import remove_edit, stacks_of
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM, resample
 from .layers import light_layers
@@ -93,7 +93,7 @@ def region_layers(
 
 def _largest_error(panorama: SpectralPanorama, light: LightSet, reflectances: FloatArray) -> float:
     picture = random_picture(panorama, (light,), reflectances, _SEED)
-    return largest_error(picture.errors(spectra_to_xyz(picture.held_spectra([light.layers.spectra]))))
+    return largest_error(picture.layers_errors((light,)))
 
 
 def _without_glass(panorama: SpectralPanorama, mask: BoolArray) -> tuple[SpectralPanorama, FloatArray]:

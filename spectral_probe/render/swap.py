@@ -97,8 +97,8 @@ def checked_name(plan: PassPlan, name: str) -> str:
     names = light_names(plan)
     if not names:
         raise RenderError(
-            "Nothing in this render can be exchanged. Make a region swappable (--swappable), or measured lamps (--swappable-lamps), "
-            "and render again."
+            "Nothing in this render can be exchanged. Make a region swappable (--swappable), or measured lamps "
+            "(--swappable-lamps), and render again."
         )
     for known in names:
         if known.lower() == name.lower():

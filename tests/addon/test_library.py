@@ -38,7 +38,7 @@ def test_a_folder_that_is_gone_is_none(folder, in_extension):
 
 
 def test_a_reflectance_by_name_or_by_file(folder, in_extension):
-    reflectance = in_extension("operators.bridge.materials")._reflectance
+    reflectance = in_extension("operators.bridge.spectral_kinds").measured_reflectance
     assert reflectance(str(folder / "wall.csv")) == pytest.approx(0.25)
     assert reflectance("wall") == pytest.approx(0.25)
     assert reflectance("ColorChecker N Ohta: dark skin")[30] == pytest.approx(0.079, abs=1e-3)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 
-@pytest.mark.parametrize(("passes", "lamp"), [(3, False), (3, True), ("all", True)])
+@pytest.mark.parametrize(("passes", "lamp"), [(3, False), (3, True), (None, True), ("all", True)])
 def test_nothing_of_the_light_is_seen_through(
     scene, bridge, extension, ball, uniform_light, tmp_path, lamp, passes
 ):

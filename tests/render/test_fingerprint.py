@@ -126,6 +126,18 @@ def test_an_invisible_change(furnished, digest, change):
     assert digest(furnished) == before
 
 
+@pytest.mark.parametrize(("kind", "field"), [("METAL", "metal"), ("REFLECTANCE", "reflectance_path")])
+def test_the_content_of_a_file_with_a_spectrum(furnished, digest, tmp_path, kind, field):
+    table = tmp_path / "measured.csv"
+    table.write_text("400,0.5,1\n700,0.5,1\n")
+    settings = bpy.data.materials["Material"].spectral_probe
+    settings.kind = kind
+    setattr(settings, field, str(table))
+    before = digest(furnished)
+    table.write_text("400,0.5,1\n700,0.75,1\n")
+    assert digest(furnished) != before
+
+
 def test_light(extension, uniform_light):
     digest = extension("operators.bridge.fingerprint").light_fingerprint
     ramp = np.linspace(1.0, 2.0, 61)

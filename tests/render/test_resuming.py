@@ -83,7 +83,7 @@ def test_with_a_damaged_plan_all_is_rendered_again(render, xyz, tmp_path):
 
 def test_files_of_others_stay_in_the_folder(render, tmp_path):
     (tmp_path / "out").mkdir()
-    others = [tmp_path / "out" / name for name in ("probe.exr", "spectral.exr", "rgb_wood.exr")]
+    others = [tmp_path / "out" / name for name in ("image_sky.exr", "rgb_wood.exr", "passes.txt")]
     for path in others:
         path.write_bytes(b"not ours")
     render()

@@ -7,6 +7,7 @@ import pytest
 
 from spectral_probe.errors import RenderError
 from spectral_probe.render.assemble import assemble, rendered_wavelengths_nm
+from spectral_probe.render.pass_folder import render_steps
 from spectral_probe.render.plan import reference_plan
 from spectral_probe.render_model import (
     WORLD,
@@ -178,3 +179,16 @@ def test_the_guide_has_the_colour_of_all_passes(everywhere: bool) -> None:
     colour = spectra_to_xyz(reflectance) / spectra_to_xyz(np.ones(61)) if everywhere else [0.5] * 3
     np.testing.assert_allclose(assembled.guide[2, 3, :3], colour, rtol=1e-5)
     assert assembled.guide[2, 3, 5] == 1.0
+
+
+def test_alpha_is_that_of_all_samples():
+    """Passes that share the samples of one render see edges through samples of their own."""
+    plan = replace(reference_plan(), consecutive=True)
+    steps = render_steps(plan, 50)
+
+    def read(step: RenderStep) -> PassImage:
+        alpha = np.full((2, 2), float(step.pass_number == 0), np.float32)
+        return PassImage({WORLD: np.ones((2, 2, 3), np.float32)}, alpha=alpha)
+
+    alpha = assemble(plan, steps, read).alpha
+    np.testing.assert_allclose(alpha, steps[0].samples / 50, rtol=1e-6)

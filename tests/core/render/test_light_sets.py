@@ -6,7 +6,7 @@ import pytest
 from spectral_probe.errors import RenderError
 from spectral_probe.model import SpectralPanorama
 from spectral_probe.render.light_samples import largest_error, light_samples, random_picture
-from spectral_probe.render.light_sets import LAYERS_SHARE, layers_error, light_rank, light_sets
+from spectral_probe.render.light_sets import LAYERS_SHARE, light_rank, light_sets
 from spectral_probe.render.plan import describe, make_plan
 from spectral_probe.spectra.colorimetry import delta_e_2000, illuminant, spectra_to_xyz, white_xyz
 from spectral_probe.spectra.edits import apply_edit, glass_edit, lamp_edit
@@ -86,8 +86,8 @@ def test_more_kinds_are_split_by_direction_until_the_bound_holds(tubes, surfaces
     picture = random_picture(tubes, sets, surfaces, seed=99)
     one = light_sets(tubes, reflectances=surfaces, max_de2000=1e3)
     assert len(one) == 1
-    held = largest_error(layers_error(sets, picture))
-    in_one = largest_error(layers_error(one, random_picture(tubes, one, surfaces, seed=99)))
+    held = largest_error(picture.layers_errors(sets))
+    in_one = largest_error(random_picture(tubes, one, surfaces, seed=99).layers_errors(one))
     assert held < 1.5 * LAYERS_SHARE * 0.5 < in_one  # other pixels than the choice was made with
     true, ours = spectra_to_xyz(spectra_of(tubes)), spectra_to_xyz(held_by(sets))
     assert delta_e_2000(true, ours, white_xyz() * true[..., 1].mean()).max() < 0.1

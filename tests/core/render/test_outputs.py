@@ -9,7 +9,7 @@ import pytest
 from spectral_probe.cli_output import add_output_words, output_settings_of
 from spectral_probe.commands import read_xyz
 from spectral_probe.errors import SpectralDataError
-from spectral_probe.files.image_exr import read_channels
+from spectral_probe.files.image_exr import read_channels, read_rgb
 from spectral_probe.files.spectral_exr import read_spectral
 from spectral_probe.render.assemble import AssembledRender
 from spectral_probe.render.outputs import bands_wanted, output_settings, write_outputs, write_rgb_twin
@@ -79,6 +79,16 @@ def test_pictures_read_back_from_every_working_space(
     np.testing.assert_allclose(
         read_xyz(tmp_path / "rgb.exr")[0, 0], working_space().to_xyz(rec709), rtol=2e-3
     )
+
+
+def test_adapted_pictures_are_read_back_as_they_were(tmp_path: Path, spectra: np.ndarray) -> None:
+    """Comparing an adapted picture with tristimulus values, which never are, must not show the adaptation."""
+    settings = output_settings(white="A")
+    assembled = render_of(spectra, bands_wanted(plan(), settings))
+    files = write_outputs(tmp_path, plan(), assembled, settings)
+    np.testing.assert_allclose(read_xyz(files["image"]), assembled.xyz, rtol=2e-3, atol=2e-2)
+    plain = write_outputs(tmp_path, plan(), assembled, output_settings(), suffix="_plain")["image"]
+    assert not np.allclose(read_rgb(files["image"]), read_rgb(plain), rtol=0.1)
 
 
 def test_acescg_says_its_standard_chromaticities() -> None:
