@@ -43,6 +43,9 @@ class JobOperator(ReportsErrors):
     in_thread = False
     """True where the job's steps touch no Blender data."""
 
+    after_stop = ""
+    """What the user is told, besides, when ESC has stopped the job."""
+
     _open: ExitStack | None = None  # what must be closed when the modal driver ends
     _job: Job[Any] | None = None
     _worker: ThreadPoolExecutor | None = None
@@ -108,7 +111,7 @@ class JobOperator(ReportsErrors):
         step = self._step.result() if self._step is not None else None
         self._step = None
         if self._cancelling and not isinstance(step, Finished):
-            self.report({"INFO"}, f"{self.bl_label} stopped")
+            self.report({"INFO"}, f"{self.bl_label} stopped{self.after_stop}")
             return CANCELLED
         if step is None and self._worker is None:
             step = advance(self._job)

@@ -39,6 +39,8 @@ class RendersSpectrally(JobOperator):
         options={"SKIP_SAVE"},
     )
 
+    after_stop = ". The finished passes are kept: press the button again to go on"
+
     _changed: tuple[str, ...] = ()
 
     @classmethod

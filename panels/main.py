@@ -42,7 +42,11 @@ def job_button(layout: bpy.types.UILayout, context: bpy.types.Context, operator:
     """The button of a long job; its progress while it runs."""
     running = context.window_manager.spectral_probe
     if running.operator == operator:
-        layout.progress(factor=running.fraction, text=running.message or "Starting")
+        column = layout.column(align=True)
+        column.progress(factor=running.fraction, text=f"{running.fraction:.0%}")
+        paragraph(
+            column, context, running.message or "Starting", "NONE"
+        )  # too long for the bar: it would be cut
     else:
         layout.operator(operator, icon=icon)
 

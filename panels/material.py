@@ -21,11 +21,12 @@ def draw_spectrum(column: bpy.types.UILayout, material: bpy.types.Material) -> N
                 column.prop(settings, "glass_thickness")
                 column.prop(settings, "glass_with_surfaces")
         case "DISPERSIVE":
-            column.prop(settings, "index_from")
+            column.prop(settings, "index_from", text="Index")
             if settings.index_from == "PAGE":
                 column.prop(settings, "clear_material")
             elif settings.index_from == "CAUCHY":
-                column.prop(settings, "cauchy")
+                for index, name in enumerate("ABC"):
+                    column.prop(settings, "cauchy", index=index, text=name)
             else:
                 column.prop(settings, "sellmeier_b")
                 column.prop(settings, "sellmeier_c")

@@ -77,7 +77,8 @@ def draw_plan(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     row(column, "Plan", planned.kind)
     row(column, "Passes", str(planned.passes))
     if planned.max_de2000:
-        row(column, "Predicted ΔE", f"{planned.mean_de2000:.2f}, 99 % within {planned.max_de2000:.2f}")
+        row(column, "Mean ΔE 2000", f"{planned.mean_de2000:.2f}")
+        row(column, "99 % below", f"{planned.max_de2000:.2f}")
     row(column, "Cost", f"{planned.cost:.2f} RGB renders")
     for sentence in planned.text.splitlines():
         paragraph(column, context, sentence, "NONE")

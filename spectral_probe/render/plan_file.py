@@ -177,7 +177,8 @@ def describe(plan: PassPlan) -> list[str]:
             f"{largest:.2f} for 99 of 100 pixels."
         )
     if plan.predicted_cost is not None:
-        sentences.append(f"Predicted cost: the samples of {plan.predicted_cost:.3g} RGB renders.")
+        cost = f"{plan.predicted_cost:.3g}"
+        sentences.append(f"Predicted cost: the samples of {cost} RGB render{'s' if cost != '1' else ''}.")
     names = list(dict.fromkeys(name for name in swappable_names(plan) if name))
     if names:
         sentences.append(f"Lights that can be exchanged after rendering: {', '.join(names)}.")

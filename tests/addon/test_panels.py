@@ -144,6 +144,21 @@ def test_a_running_job_shows_its_progress_in_place_of_its_button(name, verb, dra
     assert "View 2 of 3" not in texts(drawn(panel(name)))
 
 
+def test_a_long_message_is_broken_into_lines_under_the_bar(drawn):
+    """A progress bar leaves out the middle of a text that is too long for it."""
+    message = "Pass 2 of 4: 475, 525, 605 nm, 64 of 256 samples, about 8 s left"
+    running = bpy.context.window_manager.spectral_probe
+    running.operator, running.fraction, running.message = "spectral_probe.render_spectral", 0.25, message
+    try:
+        shown = texts(drawn(panel("render")))
+    finally:
+        bpy.context.window_manager.property_unset("spectral_probe")
+    bar = shown.index("25%")
+    lines = shown[bar + 1 : bar + 5]
+    assert message.startswith(" ".join(lines))
+    assert max(map(len, lines)) <= 20  # a sidebar that was never drawn has the least width
+
+
 @pytest.mark.parametrize(
     ("kind", "wanted"), [("RGB", None), ("METAL", "metal"), ("REFLECTANCE", "reflectance_path")]
 )
