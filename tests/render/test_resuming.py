@@ -149,7 +149,7 @@ def test_only_pictures_of_a_render_are_replaced(extension, tmp_path):
     theirs = ("image_0001.exr", "render_final.exr", "spectral_sun.exr")
     for name in (*ours, *theirs):
         (tmp_path / name).touch()
-    assembling.remove_pictures(tmp_path)
+    assembling.remove_pictures(tmp_path, ["First", "Fog"])
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(theirs)
 
 

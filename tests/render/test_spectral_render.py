@@ -255,7 +255,7 @@ class TestRefusals:
 
     def test_a_plan_for_other_light(self, extension, render, uniform_light):
         plan = render(uniform_light(RAMP[::-1].copy()), passes=3).plan
-        self.refused(extension, render, uniform_light, "another panorama", plan=plan, folder="other")
+        self.refused(extension, render, uniform_light, "another light", plan=plan, folder="other")
 
     def test_an_unknown_metal(self, extension, render, uniform_light, ball):
         material = ball("ShaderNodeBsdfMetallic")
