@@ -38,7 +38,11 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "metals_reference")
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument(
-        "--passes", type=int, nargs="*", default=[0], help="light-basis plans to try; 0: automatic"
+        "--passes",
+        type=int,
+        nargs="*",
+        default=[0],
+        help="numbers of light-basis passes to try; 0: the default plan",
     )
     parser.add_argument("--no-reference-plan", action="store_true", help="skip the 61 wavelengths")
     parser.add_argument("--light", choices=LIGHTS, default="own")

