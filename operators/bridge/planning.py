@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import SpectralPanorama
 from ...spectral_probe.render.light_sets import light_sets
 from ...spectral_probe.render.plan import make_plan, wavelength_plan
@@ -43,6 +44,14 @@ class PlanRequest:
     full_samples: bool = False
     swappable: Mapping[str, Array] = field(default_factory=dict)
     lamps_swappable: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what contradicts itself."""
+        if self.passes == "all" and (self.swappable or self.lamps_swappable):
+            raise RenderError(
+                "All 61 wavelengths have no light layers, so no light can be exchanged afterwards. Choose another number of "
+                "passes, or make no light swappable."
+            )
 
     @property
     def light_basis(self) -> bool:

@@ -135,6 +135,13 @@ def test_a_plan_is_kept_for_the_panel(settings, core, in_extension):
     assert "21 RGB renders" in planned.text
 
 
+def test_all_wavelengths_and_a_swappable_lamp_contradict_each_other(in_extension):
+    request = in_extension("operators.bridge.planning").PlanRequest
+    with pytest.raises(in_extension("spectral_probe.errors").RenderError, match="no light layers"):
+        request("all", lamps_swappable=True)
+    assert request("all").light_basis
+
+
 def test_the_plan_is_that_of_the_render(scene, settings, tmp_path, core, in_extension):
     """The default cube, in daylight, with a window that is to be exchanged: said before anything is rendered."""
     size = (16, 32)
