@@ -28,7 +28,7 @@ from ..model import FloatArray
 from ..render_model import PassImage, PassPlan, RenderStep
 
 FEWEST_SAMPLES = 4
-"""Samples below which the ratio of two wavelengths would be too noisy."""
+"""Samples below which a part of a render is too noisy: for the ratio of two wavelengths, and for a pass of its own."""
 
 INDEX_NAME = "index.json"
 

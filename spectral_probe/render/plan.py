@@ -29,8 +29,9 @@ from ..render_model import EmissionGroup, LightSet, PassPlan, SwappableLayer
 from ..spectra.colorimetry import colour_matching_functions, illuminant
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM
 from .interpolation import NodeChoice, lab_metric, second_moment
-from .light_samples import PIXELS, largest_error, random_picture
+from .light_samples import PIXELS, Picture, largest_error, random_picture
 from .light_sets import light_rank
+from .pass_folder import FEWEST_SAMPLES
 from .plan_file import describe, load_plan, save_plan
 from .quadrature import fitted_quadrature
 
@@ -41,9 +42,6 @@ FEWEST_PASSES, MOST_PASSES = 3, 20
 
 SECONDARY_SHARE = 1.0 / 16.0
 """Share of the full samples that a pass gets whose transport is estimated as a ratio of the reference's."""
-
-FEWEST_SAMPLES = 4
-"""Samples of such a pass at least."""
 
 LEAST_SET_SHARE = 0.25
 """Share of the full samples of a light set's reference pass at least."""
@@ -199,13 +197,23 @@ def wavelength_plan(
             return every
         shares = np.full(every.passes, 1.0 / every.passes)
         return replace(every, sample_shares=shares, consecutive=True, predicted_cost=1.0)
-    training, held_out = (
-        random_picture(panorama, (), reflectances, seed, emission, count=count)
-        for seed, count in ((_TRAINING_SEED, _TRAINING_PIXELS), (_HELD_OUT_SEED, PIXELS))
-    )
+    training, held_out = _pictures(panorama, (), reflectances, emission)
     plan = fitted_quadrature(training, held_out, max_de2000, most, full_samples=full_samples)
     rank = _kinds_of_spectrum(light_rank(panorama))
     return plan and replace(plan, notes=(f"The light is a mixture of {rank}.",))
+
+
+def _pictures(
+    panorama: SpectralPanorama,
+    sets: Sequence[LightSet],
+    reflectances: FloatArray,
+    emission: Sequence[EmissionGroup],
+) -> tuple[Picture, Picture]:
+    """Random pixels that a plan is fitted to, and others by which its error is predicted."""
+    return (
+        random_picture(panorama, sets, reflectances, _TRAINING_SEED, emission, count=_TRAINING_PIXELS),
+        random_picture(panorama, sets, reflectances, _HELD_OUT_SEED, emission, count=PIXELS),
+    )
 
 
 class _Chain:
@@ -221,10 +229,7 @@ class _Chain:
         self.sets, self.emission = tuple(sets), tuple(emission)
         self.spectra = [light.layers.spectra for light in sets] + [group.spectra for group in emission]
         self.set_of = [*range(len(sets)), *(0 for _ in emission)]
-        self.training, self.held_out = (
-            random_picture(panorama, sets, reflectances, seed, emission, count=count)
-            for seed, count in ((_TRAINING_SEED, _TRAINING_PIXELS), (_HELD_OUT_SEED, PIXELS))
-        )
+        self.training, self.held_out = _pictures(panorama, sets, reflectances, emission)
         self._xyz: dict[tuple[int, int], FloatArray] = {}
 
     @cached_property
