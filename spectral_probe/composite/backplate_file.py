@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,8 @@ import numpy as np
 from ..composite_model import Backplate
 from ..errors import FileFormatError
 from ..files.atomic import written_whole
-from ..model import Camera, FloatArray
+from ..model import FloatArray
+from .probe_views import absolute_path, camera_from_table, camera_table, finite_array, relative_path
 
 _VERSION = 1
 
@@ -70,19 +70,12 @@ def load_backplate(path: Path) -> Backplate:
 
 def backplate_table(backplate: Backplate, folder: Path) -> dict[str, Any]:
     """A backplate as JSON can hold it; paths are relative to `folder` where they can be."""
-    camera = backplate.camera
     return {
         "version": _VERSION,
-        "camera": {
-            "focal_px": list(camera.focal_px),
-            "principal_px": list(camera.principal_px),
-            "size_px": list(camera.size_px),
-            "distortion": list(camera.distortion),
-            "source": camera.source,
-        },
+        "camera": camera_table(backplate.camera),
         "rotation": _listed(backplate.rotation),
         "position_m": _listed(backplate.position_m),
-        "photo": _relative(backplate.photo, folder),
+        "photo": relative_path(backplate.photo, folder),
         "photo_size_px": list(backplate.photo_size_px),
         "frame_px": list(backplate.frame_px),
         "ball_centre_m": _listed(backplate.ball_centre_m),
@@ -90,7 +83,7 @@ def backplate_table(backplate: Backplate, folder: Path) -> dict[str, Any]:
         "camera_model": backplate.camera_model,
         "sensitivities": None
         if backplate.sensitivities is None
-        else _relative(backplate.sensitivities, folder),
+        else relative_path(backplate.sensitivities, folder),
         "response_log_gain": _listed(backplate.response_log_gain),
         "exposure": backplate.exposure,
         "gain": _listed(backplate.gain),
@@ -107,29 +100,22 @@ def backplate_from(table: Mapping[str, Any], folder: Path) -> Backplate:
     """
     if table["version"] != _VERSION:
         raise ValueError("of another version")
-    camera = table["camera"]
     left, top, frame_width, frame_height = table["frame_px"]
     ball, response, curves = table["ball_centre_m"], table["response_log_gain"], table["sensitivities"]
     return Backplate(
-        camera=Camera(
-            focal_px=_two(camera["focal_px"]),
-            principal_px=_two(camera["principal_px"]),
-            size_px=_two_whole(camera["size_px"]),
-            distortion=tuple(float(value) for value in camera["distortion"]),
-            source=str(camera["source"]),
-        ),
-        rotation=_array(table["rotation"], (3, 3)),
-        position_m=_array(table["position_m"], (3,)),
-        photo=_path(table["photo"], folder),
+        camera=camera_from_table(table["camera"]),
+        rotation=finite_array(table["rotation"], (3, 3)),
+        position_m=finite_array(table["position_m"], (3,)),
+        photo=absolute_path(table["photo"], folder),
         photo_size_px=_two_whole(table["photo_size_px"]),
         frame_px=(float(left), float(top), int(frame_width), int(frame_height)),
-        ball_centre_m=None if ball is None else _array(ball, (3,)),
+        ball_centre_m=None if ball is None else finite_array(ball, (3,)),
         ball_radius_m=float(table["ball_radius_m"]),
         camera_model=str(table["camera_model"]),
-        sensitivities=None if curves is None else _path(curves, folder),
-        response_log_gain=None if response is None else _array(response, (3, len(response[0]))),
+        sensitivities=None if curves is None else absolute_path(curves, folder),
+        response_log_gain=None if response is None else finite_array(response, (3, len(response[0]))),
         exposure=float(table["exposure"]),
-        gain=_array(table["gain"], (3,)),
+        gain=finite_array(table["gain"], (3,)),
     )
 
 
@@ -137,32 +123,6 @@ def _listed(values: FloatArray | None) -> Any:
     return None if values is None else np.asarray(values, float).tolist()
 
 
-def _array(values: Any, shape: tuple[int, ...]) -> FloatArray:
-    array = np.asarray(values, float)
-    if array.shape != shape or not np.isfinite(array).all():
-        raise ValueError(f"not of shape {shape}")
-    return array
-
-
-def _two(values: Any) -> tuple[float, float]:
-    first, second = values
-    return float(first), float(second)
-
-
 def _two_whole(values: Any) -> tuple[int, int]:
     first, second = values
     return int(first), int(second)
-
-
-def _relative(path: Path, folder: Path) -> str:
-    """A path with forward slashes, from `folder` on where it lies on the same drive; empty for the empty path."""
-    if path == Path():
-        return ""
-    try:
-        return Path(os.path.relpath(path.resolve(), folder)).as_posix()
-    except ValueError:  # another drive of Windows
-        return path.resolve().as_posix()
-
-
-def _path(text: str, folder: Path) -> Path:
-    return Path(os.path.normpath(folder / str(text))) if text else Path()
