@@ -309,10 +309,10 @@ def _by_brightness(
         warp[:, 2] *= _WIDTHS_PX[1] / _WIDTHS_PX[0]
     told = (
         f"{plate.path.name} and {photograph.path.name} share hardly any sharp detail: they were aligned by their blurred "
-        "pictures.",
+        "pictures."
     )
     apart = float(np.hypot(*(shifts[1] - shifts[0])))
-    return PlateAlignment(found, (float(shifts[1][0]), float(shifts[1][1])), apart, 0.0, 0, matches, told)
+    return PlateAlignment(found, (float(shifts[1][0]), float(shifts[1][1])), apart, 0.0, 0, matches, (told,))
 
 
 def _soft_picture(photograph: Photograph, width: int, other: float) -> npt.NDArray[np.float32]:
