@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from .composite.probe_views import MATCHING_KEY, ProbeView, probe_view, view_table
 from .composition import compose
 from .errors import CaptureError
 from .files.image_exr import write_rgb
@@ -42,10 +43,11 @@ _WORLD_COMMENT = "Scene-linear Rec.709, D65 white; Blender's equirectangular"
 
 @dataclass(frozen=True)
 class Probe:
-    """A recovered light probe: the spectral panorama and the report of how it was made."""
+    """A recovered light probe: the spectral panorama, the report of how it was made, and what photographs are matched by."""
 
     panorama: SpectralPanorama
     report: Mapping[str, Any]
+    views: tuple[ProbeView, ...] = ()
 
 
 @dataclass
@@ -128,7 +130,10 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
     report = probe_report(
         capture, measured, registration, responses, panorama, recoveries, watch.seconds, calibration
     )
-    return Probe(panorama, report)
+    views = tuple(
+        probe_view(capture, *each, calibration) for each in zip(measured, registration.views, strict=True)
+    )
+    return Probe(panorama, report, views)
 
 
 def _sensitivities(capture: Capture, *, converted: bool) -> FloatArray:
@@ -219,6 +224,7 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
         seconds = {**probe.report["seconds"], "writing": round(time.perf_counter() - start, 3)}
         report = {
             **probe.report,
+            **_views_to_match(probe, directory),
             "layers_residual": layers.residual,
             "layers_de2000": colour_error(probe.panorama, layers),
             "seconds": seconds,
@@ -227,6 +233,14 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
         for file in sorted(folder.iterdir(), key=lambda file: file.name == "report.json"):
             file.replace(directory / file.name)
     return layers
+
+
+def _views_to_match(probe: Probe, directory: Path) -> dict[str, Any]:
+    """The report's views with what later photographs are matched by, paths relative to the probe's folder."""
+    if not probe.views:
+        return {}
+    tables = [{MATCHING_KEY: view_table(view, directory)} for view in probe.views]
+    return {"views": [row | table for row, table in zip(probe.report["views"], tables, strict=True)]}
 
 
 def _provenance(capture: Capture) -> dict[str, str]:

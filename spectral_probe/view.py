@@ -49,7 +49,8 @@ class MeasuredView:
 
     `image` and the `camera` that took it are cut to the ball; `corner_px` is their left and upper edge in the photograph, whose
     pixels `outline` counts. `converted` where a tone curve had been applied (JPEG). `others` are further balls in the
-    picture (x, y, radius), `remarks` sentences for the user. `patch` is what was asked for beside the ball.
+    picture (x, y, radius), `remarks` sentences for the user. `patch` is what was asked for beside the ball. `size_px` is the
+    (width, height) of the whole photograph.
     """
 
     settings: ViewSettings
@@ -63,6 +64,7 @@ class MeasuredView:
     others: tuple[tuple[float, float, float], ...] = ()
     remarks: tuple[str, ...] = ()
     patch: Patch | None = None
+    size_px: tuple[int, int] = (0, 0)
 
     @property
     def clipped_fraction(self) -> float:
@@ -117,6 +119,7 @@ def measure_view(
     found = _located(photographs, settings, camera, partner)
     outline = found.outlines[0]
     ball = fit_ball(camera, outline, capture.ball.radius_m)
+    size_px = camera.size_px
     bracket, camera, corner_px = _merged(photographs, stated, found, camera, settings)
     patch = None if patch_px is None else direct_patch(photographs, bracket, patch_px, found.shifts_px)
     remarks = [remark for photograph in photographs for remark in photograph.remarks]
@@ -132,6 +135,7 @@ def measure_view(
         found.others,
         (*remarks, *found.warnings, *bracket.warnings),
         patch,
+        size_px,
     )
 
 

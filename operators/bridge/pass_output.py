@@ -6,14 +6,16 @@ The scene's own compositor tree and sequencer are bypassed meanwhile.
 """
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Protocol
 
 import bpy
 
 from ...spectral_probe.errors import FileFormatError, RenderError
 from ...spectral_probe.files.atomic import written_whole
+from ...spectral_probe.files.cryptomatte import OBJECT_LEVEL
 from ...spectral_probe.files.image_exr import read_channels
 from ...spectral_probe.render.pass_folder import ALPHA, GUIDE_ALBEDO, GUIDE_INDEX, GUIDE_NORMAL
 from ...spectral_probe.render_model import WORLD
@@ -26,7 +28,19 @@ _GUIDES = {
 }
 """Outputs of a Render Layers node by which edges are told from noise: kind of the item in the file, and its name there."""
 
-type RenderTo = Callable[[Path, Sequence[str], bool], None]
+_DEPTH = 16
+"""Objects that cryptomatte tells apart in one pixel: as many as Cycles can."""
+
+_MATTES = {
+    f"{OBJECT_LEVEL}{level:02d}": ("RGBA", f"{OBJECT_LEVEL}{level:02d}") for level in range(_DEPTH // 2)
+}
+
+
+class RenderTo(Protocol):
+    """Renders to a file: its path, the light groups to keep, whether feature passes and whether mattes are wanted."""
+
+    def __call__(self, path: Path, groups: Sequence[str], guide: bool, *, mattes: bool = False) -> None:
+        """Render."""
 
 
 @contextmanager
@@ -34,8 +48,8 @@ def pass_output(scene: bpy.types.Scene, layers: Sequence[bpy.types.ViewLayer]) -
     """Send the scene's renders of some view layers to EXR files while the block runs.
 
     Yields the function that renders to a file: its path, the names of the light groups to keep (`WORLD` alone is all light
-    together), and whether feature passes are wanted, too. Channels are named as `render.pass_folder` says. A file is
-    written whole or not at all.
+    together), and whether feature passes, and cryptomattes of objects, are wanted, too. Channels are named as
+    `render.pass_folder` says. A file is written whole or not at all.
     """
     with ExitStack() as stack:
         tree = bpy.data.node_groups.new("Spectral Probe Pass", "CompositorNodeTree")
@@ -56,12 +70,17 @@ def pass_output(scene: bpy.types.Scene, layers: Sequence[bpy.types.ViewLayer]) -
         sources = [_source(tree, scene, layer) for layer in layers]
         had_result = bpy.data.images.get("Render Result") is not None
 
-        def render_to(path: Path, groups: Sequence[str], guide: bool) -> None:
+        def render_to(path: Path, groups: Sequence[str], guide: bool, *, mattes: bool = False) -> None:
             with ExitStack() as passes, written_whole(path) as temporary:
                 for layer in layers if guide else ():
                     passes.enter_context(changed(layer, use_pass_object_index=True))
                     passes.enter_context(changed(layer.cycles, denoising_store_passes=True))
-                output = _connect(tree, sources, groups, guide, scene.render.film_transparent)
+                for layer in layers if mattes else ():
+                    passes.enter_context(
+                        changed(layer, use_pass_cryptomatte_object=True, pass_cryptomatte_depth=_DEPTH)
+                    )
+                further = (_GUIDES if guide else {}) | (_MATTES if mattes else {})
+                output = _connect(tree, sources, groups, further, scene.render.film_transparent)
                 # Braces are templates in Blender's output paths; doubled they stand for themselves.
                 output.directory = str(temporary.parent).replace("{", "{{").replace("}", "}}")
                 output.file_name = "render"
@@ -87,7 +106,7 @@ def _connect(
     tree: bpy.types.NodeTree,
     sources: Sequence[bpy.types.Node],
     groups: Sequence[str],
-    guide: bool,
+    further: Mapping[str, tuple[str, str]],
     transparent: bool,
 ) -> bpy.types.Node:
     """Let the tree write these groups and features; returns its new File Output node."""
@@ -100,7 +119,7 @@ def _connect(
     output.format.exr_codec = "NONE"  # noise does not compress, and this is written and read far faster
     output.format.use_exr_interleave = True
     for number, source in enumerate(sources):
-        wanted = {_group_output(name, groups): ("RGBA", name) for name in groups} | (_GUIDES if guide else {})
+        wanted = {_group_output(name, groups): ("RGBA", name) for name in groups} | further
         if transparent:
             wanted["Alpha"] = ("FLOAT", ALPHA)
         for socket_name, (kind, name) in wanted.items():

@@ -1,16 +1,8 @@
 import numpy as np
 import pytest
 
-from spectral_probe.figures.chromaticity import (
-    WHOLE_DIAGRAM,
-    ChromaticityShift,
-    chromaticity_figure,
-    close_up_limits,
-    diagram_colours,
-    planckian_locus,
-    shifts_of,
-    spectral_locus,
-)
+from spectral_probe.figures.chromaticity import ChromaticityShift, chromaticity_figure, shifts_of
+from spectral_probe.figures.diagram import WHOLE_DIAGRAM, close_up_limits
 from spectral_probe.render.compare import compare_images
 from spectral_probe.spectra.colorimetry import white_xyz
 
@@ -19,18 +11,6 @@ METALS = (
     ChromaticityShift("silver", (0.3134, 0.3300), (0.3132, 0.3298)),
     ChromaticityShift("copper", (0.3560, 0.3453), (0.3434, 0.3380)),
 )
-
-
-def test_locus_has_the_tabulated_chromaticities():
-    locus = spectral_locus()  # CIE 15, table of the 1931 observer
-    np.testing.assert_allclose(locus[460 - 390], (0.1440, 0.0297), atol=1e-4)
-    np.testing.assert_allclose(locus[600 - 390], (0.6270, 0.3725), atol=1e-4)
-
-
-def test_black_bodies_lie_on_the_planckian_locus():
-    np.testing.assert_allclose(
-        planckian_locus(np.array([2856.0, 6500.0])), [(0.4476, 0.4074), (0.3135, 0.3237)], atol=6e-4
-    )
 
 
 def test_points_and_arrows_are_where_the_numbers_say():
@@ -69,15 +49,6 @@ def test_far_apart_points_get_the_whole_diagram():
     ).axes[0]
     assert (*axes.get_xlim(), *axes.get_ylim()) == pytest.approx(WHOLE_DIAGRAM)
     assert not axes.child_axes
-
-
-def test_colours_of_the_diagram():
-    colours = diagram_colours((0.1, 0.7, 0.0, 0.8), 61).astype(int)  # 0.01 in x, 0.0133 in y a pixel
-    assert colours[26, 55].argmax() == 0  # x 0.65, y 0.35
-    assert colours[50, 12].argmax() == 1  # x 0.22, y 0.67
-    assert colours[5, 5].argmax() == 2  # x 0.15, y 0.07
-    assert np.ptp(colours[25, 21]) < 12  # near white
-    assert colours.min() > 150  # pale enough for lines and letters
 
 
 def test_shifts_of_a_comparison():

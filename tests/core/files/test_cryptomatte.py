@@ -1,0 +1,55 @@
+"""Shares of objects from cryptomatte channels."""
+
+import json
+
+import numpy as np
+import pytest
+
+from spectral_probe.errors import FileFormatError
+from spectral_probe.files.cryptomatte import read_cryptomatte
+from spectral_probe.files.image_exr import write_channels
+
+NUMBERS = {"Ball ü": 0xB9C93DA0, "Ground": 0x24950135, "Behind": 0x7F000001}
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Two layers of 2 x 2 pixels; three objects overlap in the first pixel, so that they reach the second level."""
+
+    def plane(*values):
+        return np.array(values, np.float32).reshape(2, 2)
+
+    def numbers(*names):
+        held = np.array([NUMBERS.get(name, 0) for name in names], np.uint32).reshape(2, 2)
+        return held.view(np.float32)
+
+    channels = {
+        "0.CryptoObject00.r": numbers("Ball ü", "Ground", "", "Ball ü"),
+        "0.CryptoObject00.g": plane(0.5, 1.0, 0.0, 0.25),
+        "0.CryptoObject00.b": numbers("Ground", "", "", ""),
+        "0.CryptoObject00.a": plane(0.25, 0.0, 0.0, 0.0),
+        "0.CryptoObject01.r": numbers("Behind", "", "", ""),
+        "0.CryptoObject01.g": plane(0.125, 0.0, 0.0, 0.0),
+        "0.CryptoObject01.b": numbers("", "", "", ""),
+        "0.CryptoObject01.a": plane(0.0, 0.0, 0.0, 0.0),
+        "1.Alpha.V": plane(0.0, 0.0, 0.0, 0.0),
+    }
+    manifest = json.dumps({name: f"{number:08x}" for name, number in NUMBERS.items()})
+    write_channels(tmp_path / "m.exr", channels, {"cryptomatte/1234567/manifest": manifest})
+    return tmp_path / "m.exr"
+
+
+def test_shares_by_name(written):
+    found = read_cryptomatte(written, "0.")
+    assert found.keys() == NUMBERS.keys()
+    np.testing.assert_array_equal(found["Ball ü"], [[0.5, 0.0], [0.0, 0.25]])
+    np.testing.assert_array_equal(found["Ground"], [[0.25, 1.0], [0.0, 0.0]])
+    np.testing.assert_array_equal(found["Behind"], [[0.125, 0.0], [0.0, 0.0]])
+
+
+def test_a_file_without_mattes_is_refused(written, tmp_path):
+    with pytest.raises(FileFormatError, match="which pixels show which object"):
+        read_cryptomatte(written, "1.")
+    write_channels(tmp_path / "plain.exr", {"R": np.zeros((2, 2), np.float32)})
+    with pytest.raises(FileFormatError, match="which pixels show which object"):
+        read_cryptomatte(tmp_path / "plain.exr")
