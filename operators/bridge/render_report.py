@@ -41,7 +41,6 @@ class SpectralRender:
     light_residual: float
     objects: Path | None = None
     without: "SpectralRender | None" = None
-    seconds_objects: float = 0.0
     catchers: tuple[str, ...] = ()
     virtual: tuple[str, ...] = ()
 
@@ -54,7 +53,6 @@ def write_report(result: SpectralRender, scene: bpy.types.Scene, size_px: tuple[
             "spectral": result.seconds_spectral,
             "rgb": result.seconds_rgb,
             "assembly": result.seconds_assembly,
-            "objects": result.seconds_objects,
         },
         "kind": result.plan.kind,
         "passes": result.plan.passes,
