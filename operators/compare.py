@@ -29,12 +29,15 @@ class SPECTRAL_PROBE_OT_compare(JobOperator, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> Job[Numbers]:
         """Compare the two files of the render folder."""
-        from ..spectral_probe.commands import compare
+        from ..spectral_probe.compare_command import CompareSettings, compare
 
         settings = context.scene.spectral_probe
         rendered = Path(bpy.path.abspath(settings.render_directory))
         return compare(
-            rendered / "xyz.exr", rendered / "rgb.exr", rendered / "comparison", settings.comparison_blur_px
+            rendered / "xyz.exr",
+            rendered / "rgb.exr",
+            rendered / "comparison",
+            CompareSettings(settings.comparison_blur_px),
         )
 
     def done(self, context: bpy.types.Context, result: Numbers) -> None:

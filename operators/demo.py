@@ -35,8 +35,8 @@ def demo(directory: Path) -> Job[Numbers]:
     panorama = read_probe(directory / "probe" / "probe.exr")
     spectra = yield from part(_spectra(directory, truth), 0.3, 0.36)
     rendered, masks = yield from part(_render(directory / "render", panorama), 0.36, 0.94)
-    yield Progress(0.94, "Comparing")
-    compared = _compare(directory, panorama, spectra, rendered, masks)
+    comparing = _compare(directory, panorama, spectra, rendered, masks)
+    compared = yield from part(comparing, 0.94, 1.0)
     return {
         "blind fraction": recovered["blind_fraction"],
         **{f"{name}, GFC against the truth": numbers["gfc"] for name, numbers in spectra.items()},
@@ -73,8 +73,9 @@ def _spectra(directory: Path, truth: dict[str, Any]) -> Job[dict[str, Numbers]]:
 
 def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, dict[str, Any]]]:
     """Gold pedestal, silver ball and copper ball in the recovered light, spectrally and in RGB (fig. 12)."""
+    from ..spectral_probe.composite_model import OBJECTS_NAME
+    from ..spectral_probe.files.objects_exr import read_objects
     from .bridge.cycles import spectral_render
-    from .bridge.masks import object_masks
     from .bridge.objects import demo_scene
 
     yield Progress(0.0, "Setting up the scene")
@@ -83,9 +84,9 @@ def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, d
     demo_scene(scene)
     scene.render.resolution_x, scene.render.resolution_y = _SIZE_PX
     objects = [thing for thing in scene.objects if thing.type == "MESH" and _is_metal(thing)]
-    yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.95)
-    yield Progress(0.95, "Finding the objects in the image")
-    masks = object_masks(scene, objects)
+    yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.98)
+    shares = read_objects(directory / OBJECTS_NAME).objects
+    masks = {thing.name: shares[thing.name] > 0.5 for thing in objects}
     scene_file = directory / "demo.blend"
     scene_file.unlink(missing_ok=True)  # Blender would keep the one before as demo.blend1
     bpy.ops.wm.save_as_mainfile(filepath=str(scene_file), copy=True, compress=True)
@@ -105,23 +106,27 @@ def _compare(
     spectra: dict[str, Numbers],
     rendered: Numbers,
     masks: dict[str, Any],
-) -> Numbers:
-    from ..spectral_probe.commands import draw_comparison, read_xyz
+) -> Job[Numbers]:
+    from ..spectral_probe.commands import read_xyz
+    from ..spectral_probe.compare_command import DEFAULT_METALS, draw_comparison
     from ..spectral_probe.figures.panorama import panorama_preview
-    from ..spectral_probe.figures.sheet import SheetContent, comparison_sheet
-    from ..spectral_probe.figures.style import save_figure
+    from ..spectral_probe.figures.sheet import SheetContent
+    from ..spectral_probe.light_choice import mean_light
     from ..spectral_probe.render.compare import compare_images, write_comparison
+    from ..spectral_probe.render.rgb_ways import compare_rgb_ways, metal_reflectances, ways_report
     from ..spectral_probe.spectra.colorimetry import panorama_xyz
 
     spectral, rgb = read_xyz(directory / "render" / "xyz.exr"), read_xyz(directory / "render" / "rgb.exr")
     comparison = compare_images(spectral, rgb, object_masks=masks, blur_px=_BLUR_PX)
     folder = directory / "comparison"
-    write_comparison(folder / "compare.json", comparison)
-    draw_comparison(folder, comparison, spectral, rgb)
+    light = mean_light(panorama)
+    ways = compare_rgb_ways(metal_reflectances(DEFAULT_METALS), light, "the gym's mean light")
+    write_comparison(folder / "compare.json", comparison, {"rgb_ways": ways_report(ways)})
     content = SheetContent(
         comparison,
         spectral,
         rgb,
+        ways,
         title="Gold, silver and copper in a gym",
         subtitle="Light recovered from photographs of a mirrored ball; rendered by Cycles spectrally and in RGB",
         panorama=panorama_preview(panorama),
@@ -133,8 +138,9 @@ def _compare(
             "samples": str(rendered["samples"]),
         },
     )
+    yield from draw_comparison(folder, content)
     for suffix in (".png", ".svg"):
-        save_figure(comparison_sheet(content), directory / f"sheet{suffix}")
+        (folder / f"sheet{suffix}").replace(directory / f"sheet{suffix}")
     return {
         region.name: {"mean dE2000": region.differences.mean, "p95 dE2000": region.differences.p95}
         for region in (comparison.image, *comparison.objects)

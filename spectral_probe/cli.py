@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import cli_filter, cli_render, cli_spectrum, cli_swap
+from . import cli_compare, cli_filter, cli_render, cli_spectrum, cli_swap
 from .cli_render import whole_number
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
@@ -30,7 +30,6 @@ BAD_INPUT = 2
 STOPPED = 130
 _BAR_WIDTH = 28
 _LINE_EVERY_S = 10.0
-_LARGEST_WIDTH = 90  # of a blur, in pixels
 _BLENDER_VERBS = ("demo", "render")
 
 
@@ -59,7 +58,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         "spectrum": cli_spectrum.run,
         "filter": cli_filter.run,
         "swap": cli_swap.run,
-        "compare": _compare,
+        "compare": cli_compare.run,
         "library": library,
         **(blender_verbs or {}),
     }
@@ -153,19 +152,10 @@ def _parser() -> argparse.ArgumentParser:
 
     cli_swap.add_words(verb("swap", cli_swap.TEXT, cli_swap.EXAMPLE))
 
-    compare = verb(
-        "compare",
-        "Compare a spectral with an RGB render.",
-        "compare render/xyz.exr render/rgb.exr -o comparison",
-    )
-    compare.add_argument(
-        "spectral", type=Path, metavar="SPECTRAL.exr", help="xyz.exr or image.exr of a spectral render"
-    )
-    compare.add_argument("rgb", type=Path, metavar="RGB.exr", help="rgb.exr of the same scene")
+    compare = verb("compare", cli_compare.TEXT, cli_compare.EXAMPLE)
+    cli_compare.add_words(compare)
     _folder(compare)
-    compare.add_argument(
-        "--blur", type=_not_negative, default=0.0, help="Gaussian blur in pixels against noise (default 0)"
-    )
+
     add_words(
         verb("library", "Lamps, cameras, metals, glasses, reflectances and balls that are known.", EXAMPLE)
     )
@@ -222,16 +212,6 @@ def _length(text: str) -> float:
     return value
 
 
-def _not_negative(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f'"{text}" is no number') from None
-    if not 0 <= value <= _LARGEST_WIDTH:
-        raise argparse.ArgumentTypeError(f'"{text}" is not a number from 0 to {_LARGEST_WIDTH}')
-    return value
-
-
 def _joined_bearings(words: Sequence[str]) -> list[str]:
     """Join `--at -30,10` to `--at=-30,10`: argparse would take the value for an option.
 
@@ -271,12 +251,6 @@ def _probe(arguments: argparse.Namespace) -> Job[Numbers]:
     from . import commands
 
     return commands.probe(arguments.capture, arguments.output, arguments.width)
-
-
-def _compare(arguments: argparse.Namespace) -> Job[Numbers]:
-    from . import commands
-
-    return commands.compare(arguments.spectral, arguments.rgb, arguments.output, arguments.blur)
 
 
 # ---------------------------------------------------------------- what the person sees

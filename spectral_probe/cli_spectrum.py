@@ -26,7 +26,7 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     )
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument(
-        "--at", type=_bearing, metavar="AZIMUTH,ELEVATION", help="compass bearing and elevation in degrees"
+        "--at", type=bearing, metavar="AZIMUTH,ELEVATION", help="compass bearing and elevation in degrees"
     )
     where.add_argument(
         "--region", type=Path, metavar="REGION.json", help="mean over a region in place of --at"
@@ -56,7 +56,14 @@ def run(arguments: argparse.Namespace) -> Job[Numbers]:
     )
 
 
-def _bearing(text: str) -> tuple[float, float]:
+def bearing(text: str) -> tuple[float, float]:
+    """Compass bearing and elevation in degrees, for argparse.
+
+    Examples
+    --------
+    >>> bearing("-30,45")
+    (330.0, 45.0)
+    """
     try:
         azimuth, elevation = (float(part) for part in text.split(","))
     except ValueError:

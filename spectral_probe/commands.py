@@ -1,7 +1,7 @@
-"""What the verbs of the command line do that need no Blender: calibrate, probe, compare.
+"""What the verbs of the command line do that need no Blender: calibrate, probe; and images as tristimulus values.
 
-The spectrum of a direction or region has a module of its own, `spectrum_command`. Each verb is a job: it yields progress,
-writes its files, and returns the numbers worth telling.
+The spectrum of a direction or region and the comparison have modules of their own, `spectrum_command` and `compare_command`.
+Each verb is a job: it yields progress, writes its files, and returns the numbers worth telling.
 """
 
 from __future__ import annotations
@@ -22,9 +22,8 @@ from .files.spectral_exr import spectral_image
 from .geometry.boards import Board
 from .geometry.calibration import calibrate as calibrate_camera
 from .geometry.calibration import write_calibration
-from .model import FloatArray, Job, Progress, part
+from .model import FloatArray, Job, part
 from .probe import build_probe, write_outputs
-from .render.compare import Comparison, compare_images, comparison_report, write_comparison
 from .render.outputs import WHITE_ATTRIBUTE
 from .spectra.colorimetry import illuminant, spectra_to_xyz
 from .spectra.grid import resampling_matrix
@@ -53,44 +52,6 @@ def calibrate(photos: Sequence[Path], output: Path, board: Board) -> Job[Numbers
     check_folder(output.parent)
     calibration = yield from part(calibrate_camera(photos, board), 0.0, 0.99)
     return {**write_calibration(output, calibration), "written": str(output)}
-
-
-def compare(spectral_path: Path, rgb_path: Path, directory: Path, blur_px: float) -> Job[Numbers]:
-    """Two renders of one scene: sheet, dE2000 map, xy diagram, numbers in compare.json."""
-    yield Progress(0.05, "Reading the renders")
-    read = [read_tristimulus(spectral_path), read_tristimulus(rgb_path)]
-    spectral, rgb = (image.xyz for image in read)
-    if spectral.shape != rgb.shape:
-        raise FileFormatError(
-            f"{spectral_path.name} is {spectral.shape[1]} x {spectral.shape[0]} pixels, {rgb_path.name} is "
-            f"{rgb.shape[1]} x {rgb.shape[0]}. Compare renders of one size."
-        )
-    check_folder(directory)
-    yield Progress(0.2, "Computing colour differences")
-    comparison = compare_images(spectral, rgb, blur_px=blur_px)
-    write_comparison(directory / "compare.json", comparison)
-    yield Progress(0.5, "Drawing the sheet")
-    draw_comparison(directory, comparison, spectral, rgb)
-    remarks = [remark for image in read for remark in image.remarks]
-    told: Numbers = {"remarks": remarks} if remarks else {}
-    return {**comparison_report(comparison), **told, "written": str(directory)}
-
-
-def draw_comparison(directory: Path, comparison: Comparison, spectral: FloatArray, rgb: FloatArray) -> None:
-    """Draw sheet, dE2000 map and xy diagram into a folder, as PNG and SVG."""
-    from .figures.chromaticity import chromaticity_figure, shifts_of
-    from .figures.difference import delta_e_figure
-    from .figures.sheet import SheetContent, comparison_sheet
-    from .figures.style import save_figure
-
-    figures = {
-        "sheet": comparison_sheet(SheetContent(comparison, spectral, rgb)),
-        "delta_e": delta_e_figure(comparison),
-        "chromaticity": chromaticity_figure(shifts_of(comparison)),
-    }
-    for name, figure in figures.items():
-        for suffix in (".png", ".svg"):
-            save_figure(figure, directory / f"{name}{suffix}")
 
 
 @dataclass(frozen=True)

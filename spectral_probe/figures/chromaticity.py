@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from ..render.compare import Comparison
 from .diagram import draw_diagram, with_d65
 from .style import INK, VERMILION, axes_at, house_style, new_figure
+from .table import largest_objects
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,8 @@ class ChromaticityShift:
 
 
 def shifts_of(comparison: Comparison) -> tuple[ChromaticityShift, ...]:
-    """The shift of every object of a comparison, or of the whole image where it has none."""
-    regions = comparison.objects or (comparison.image,)
+    """The shift of the objects of a comparison (`largest_objects`), or of the whole image where it has none."""
+    regions = largest_objects(comparison) or (comparison.image,)
     return tuple(ChromaticityShift(region.name, region.xy_spectral, region.xy_rgb) for region in regions)
 
 

@@ -1,4 +1,4 @@
-"""The comparison sheet: light, renders, their difference, chromaticities and numbers on one page."""
+"""The comparison sheet: light, renders, their difference, chromaticities, ways of RGB and numbers on one page."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from matplotlib.figure import Figure
 
 from ..model import FloatArray
 from ..render.compare import CLIP, Comparison
-from ..spectra.colorimetry import adapted_to_d65
+from ..render.rgb_ways import RgbWays
+from . import rgb_ways
 from .chromaticity import draw_chromaticity, shifts_of
 from .difference import delta_e_picture, draw_scale
-from .display import Picture, exposure_for_white, tone_map
-from .numbers import numbers_line, spectrum_numbers
+from .display import Picture
+from .numbers import numbers_line, spectrum_numbers, wrapped
+from .pair import shown_pair, wipe_picture
 from .panorama import draw_panorama
 from .spectrum import SpectrumPlot, draw_spectrum
 from .style import INK, SOFT_INK, axes_at, house_style, new_figure, show_picture
-from .table import HEAD, difference_rows, draw_table
+from .table import HEAD, MOST_ROWS, difference_rows, draw_table
 
 WIDTH_IN = 12.0
 """Width of the page: 1800 pixels."""
@@ -29,10 +31,18 @@ _HEADER_IN = 0.74
 _SUBTITLE_IN = 0.24
 _CAPTION_IN = 0.28  # from a row's top to its panels
 _ROW_GAP_IN = 0.58  # below a row's panels, with the numbers of their axes
-_IMAGE_GAP_IN = 0.2
-_PANORAMA_IN = 6.4
+_IMAGE_GAP_IN = 0.25
+_TALLEST_IMAGE_IN = 3.75
+_PANORAMA_IN = 5.8
+_DIAGRAM_IN = 3.3
+_COLUMNS_IN = (
+    _MARGIN_IN,
+    _MARGIN_IN + 3.95,
+    _MARGIN_IN + 7.95,
+)  # of the two diagrams and the table beside them
 _TABLE_ROW_IN = 0.235
-_LINE_IN = 0.2
+_TABLE_IN = 7.4
+_LINE_IN = 0.19
 
 
 @dataclass(frozen=True)
@@ -45,6 +55,10 @@ class SheetContent:
         The comparison of the two renders.
     xyz_spectral, xyz_rgb
         (H, W, 3) the renders it was made of. Both are shown with one exposure and one view transform.
+    ways
+        Metals under one light by four ways of RGB.
+    split
+        Where the wipe changes from the spectral to the RGB render, a share of the width.
     adapted_white
         XYZ (3,) of the light that the eye is adapted to: both pictures are white-balanced to it. None shows them as they are.
     title, subtitle
@@ -60,6 +74,8 @@ class SheetContent:
     comparison: Comparison
     xyz_spectral: FloatArray
     xyz_rgb: FloatArray
+    ways: RgbWays
+    split: float = 0.5
     title: str = "Spectral and RGB render compared"
     subtitle: str = ""
     panorama: Picture | None = None
@@ -71,29 +87,27 @@ class SheetContent:
 def comparison_sheet(content: SheetContent) -> Figure:
     """One page, 1800 pixels wide, with everything about a spectral and an RGB render.
 
-    From top to bottom: panorama and recovered spectra (where there are any); spectral render, RGB render and
-    dE2000 map; xy diagram and table of numbers.
+    From top to bottom: panorama and recovered spectra (where there are any); spectral render, RGB render, both in one picture
+    with a divider, and the dE2000 map; xy diagrams of the objects and of metals by four ways of RGB; the numbers.
     """
-    light_in, (_, image_in), numbers_in = (
+    light_in, images_in, numbers_in = (
         _light_height_in(content),
-        _image_size_in(content),
+        _images_height_in(content),
         _numbers_height_in(content),
     )
-    rows_in = (
-        (light_in + _CAPTION_IN + _ROW_GAP_IN if light_in else 0.0) + image_in + 2 * _CAPTION_IN + _ROW_GAP_IN
-    )
     header_in = _HEADER_IN + (_SUBTITLE_IN if content.subtitle else 0.0)
+    diagrams_in = _CAPTION_IN + 0.2 + _DIAGRAM_IN + _ROW_GAP_IN
+    above_in = header_in + (light_in + _CAPTION_IN + _ROW_GAP_IN if light_in else 0.0)
     with house_style():
-        page = _Page(new_figure(WIDTH_IN, header_in + rows_in + numbers_in + 0.42), iter("abcdefghijkl"))
+        height_in = above_in + images_in + diagrams_in + numbers_in + 0.3
+        page = _Page(new_figure(WIDTH_IN, height_in), iter("abcdefghijkl"))
         page.text(content.title, _MARGIN_IN, 0.50, fontsize=15, fontweight="bold")
         page.text(content.subtitle, _MARGIN_IN, 0.73, fontsize=8.5, color=SOFT_INK)
-        top_in = header_in
         if light_in:
-            _draw_light(page, content, top_in, light_in)
-            top_in += light_in + _CAPTION_IN + _ROW_GAP_IN
-        _draw_images(page, content, top_in)
-        top_in += image_in + _CAPTION_IN + _ROW_GAP_IN
-        _draw_numbers(page, content, top_in)
+            _draw_light(page, content, header_in, light_in)
+        _draw_images(page, content, above_in)
+        _draw_diagrams(page, content, above_in + images_in)
+        _draw_numbers(page, content, above_in + images_in + diagrams_in)
     return page.figure
 
 
@@ -127,18 +141,34 @@ def _light_height_in(content: SheetContent) -> float:
     return 2.0 if content.spectra else 0.0
 
 
-def _image_size_in(content: SheetContent) -> tuple[float, float]:
-    """Width and height of each of the three images: a third of the page, but no taller than 4.2 in."""
+def _image_columns(content: SheetContent) -> int:
+    """Two pictures beside each other, or all four where they are no wider than high."""
     height_px, width_px = content.comparison.valid.shape
-    width_in = (_CONTENT_IN - 2 * _IMAGE_GAP_IN) / 3
+    return 2 if width_px > height_px else 4
+
+
+def _image_size_in(content: SheetContent) -> tuple[float, float]:
+    """Width and height of each of the four pictures, as large as the page allows."""
+    columns = _image_columns(content)
+    height_px, width_px = content.comparison.valid.shape
+    width_in = (_CONTENT_IN - (columns - 1) * _IMAGE_GAP_IN) / columns
     height_in = width_in * height_px / width_px
-    return (width_in, height_in) if height_in <= 4.2 else (4.2 * width_px / height_px, 4.2)
+    if height_in <= _TALLEST_IMAGE_IN:
+        return width_in, height_in
+    return _TALLEST_IMAGE_IN * width_px / height_px, _TALLEST_IMAGE_IN
+
+
+def _images_height_in(content: SheetContent) -> float:
+    """Of the pictures in their rows, with their captions, and the scale below the last."""
+    rows = 4 // _image_columns(content)
+    return rows * (_image_size_in(content)[1] + _CAPTION_IN) + (rows - 1) * 0.1 + 0.45
 
 
 def _numbers_height_in(content: SheetContent) -> float:
     table_in = (1 + len(difference_rows(content.comparison))) * _TABLE_ROW_IN
-    lines = len(_notes(content)) + (len(content.numbers) + 1) // 2
-    return max(3.75, _CAPTION_IN + table_in + 0.5 + lines * _LINE_IN)
+    return _CAPTION_IN + max(
+        table_in + 0.24 + len(_notes(content)) * _LINE_IN, len(content.numbers) * _LINE_IN
+    )
 
 
 def _draw_light(page: _Page, content: SheetContent, top_in: float, height_in: float) -> None:
@@ -217,53 +247,67 @@ def _mark_bearing(axes: Axes, bearing_deg: tuple[float, float], letter: str) -> 
 
 
 def _draw_images(page: _Page, content: SheetContent, top_in: float) -> None:
-    """Spectral render, RGB render and the map of their difference, with its scale."""
+    """Spectral render, RGB render, both as a wipe, and the map of their difference with its scale."""
     comparison = content.comparison
     width_in, height_in = _image_size_in(content)
-    exposure = exposure_for_white(float(comparison.white_xyz[1]))
+    spectral, rgb = shown_pair(comparison, content.xyz_spectral, content.xyz_rgb, content.adapted_white)
     blur = f"blurred, σ = {comparison.blur_px:g} px" if comparison.blur_px else "pixel by pixel"
-    balance, balanced = "", [content.xyz_spectral, content.xyz_rgb]
-    if content.adapted_white is not None:
-        balance, balanced = "white-balanced", [adapted_to_d65(xyz, content.adapted_white) for xyz in balanced]
+    balance = "" if content.adapted_white is None else "white-balanced"
     panels = (
-        ("Spectral render", balance, tone_map(balanced[0], exposure)),
-        ("Cycles RGB render", "same exposure and view", tone_map(balanced[1], exposure)),
+        ("Spectral render", balance, spectral),
+        ("Cycles RGB render", "same exposure and view", rgb),
+        ("Wipe", "spectral on the left, RGB on the right", wipe_picture(spectral, rgb, content.split)),
         ("Colour difference ΔE₀₀", blur, delta_e_picture(comparison)),
     )
-    left_in = _MARGIN_IN
+    columns = _image_columns(content)
     for index, (name, detail, picture) in enumerate(panels):
-        left_in = _MARGIN_IN + index * (_CONTENT_IN + _IMAGE_GAP_IN) / 3
-        page.caption(name, left_in, top_in, detail)
-        show_picture(axes_at(page.figure, left_in, top_in + _CAPTION_IN, width_in, height_in), picture)
-    draw_scale(
-        axes_at(page.figure, left_in, top_in + _CAPTION_IN + height_in + 0.09, width_in, 0.08), comparison
+        left_in = _MARGIN_IN + (index % columns) * (_CONTENT_IN + _IMAGE_GAP_IN) / columns
+        row_in = top_in + (index // columns) * (height_in + _CAPTION_IN + 0.1)
+        page.caption(name, left_in, row_in, detail if columns == 2 or name != "Wipe" else "")
+        show_picture(axes_at(page.figure, left_in, row_in + _CAPTION_IN, width_in, height_in), picture)
+    scale_in = row_in + _CAPTION_IN + height_in + 0.09
+    draw_scale(axes_at(page.figure, left_in, scale_in, width_in, 0.08), comparison)
+
+
+def _draw_diagrams(page: _Page, content: SheetContent, top_in: float) -> None:
+    """The objects' chromaticities, those of metals by four ways of RGB, and the table of the latter."""
+    objects_in, ways_in, table_in = _COLUMNS_IN
+    below_in = top_in + _CAPTION_IN + 0.2
+    page.caption("Chromaticity, CIE 1931 2°", objects_in, top_in, "of the renders")
+    draw_chromaticity(
+        axes_at(page.figure, objects_in + 0.4, below_in, _DIAGRAM_IN, _DIAGRAM_IN),
+        shifts_of(content.comparison),
     )
+    page.caption("Four ways of RGB", ways_in, top_in, f"metals under {content.ways.light}")
+    rgb_ways.draw_rgb_ways(
+        axes_at(page.figure, ways_in + 0.4, below_in, _DIAGRAM_IN, _DIAGRAM_IN), content.ways
+    )
+    rows = rgb_ways.ways_rows(content.ways)
+    width_in, height_in = WIDTH_IN - _MARGIN_IN - table_in, (1 + len(rows)) * _TABLE_ROW_IN
+    axes = axes_at(page.figure, table_in, below_in, width_in, height_in)
+    draw_table(axes, rgb_ways.HEAD, rows, rgb_ways.RIGHT_EDGES, row_height=1 / (1 + len(rows)))
+    line_in = below_in + height_in + 0.24
+    for note in rgb_ways.ways_notes(content.ways):
+        for line in wrapped(note.split(), width_in, " ", fontsize=7.0):
+            page.text(line, table_in, line_in, fontsize=7.0, color=SOFT_INK)
+            line_in += _LINE_IN
 
 
 def _draw_numbers(page: _Page, content: SheetContent, top_in: float) -> None:
-    """The xy diagram on the left, table and further numbers on the right."""
-    page.caption("Chromaticity, CIE 1931 2°", _MARGIN_IN, top_in)
-    side_in = 3.75 - _CAPTION_IN - 0.2
-    draw_chromaticity(
-        axes_at(page.figure, _MARGIN_IN + 0.4, top_in + _CAPTION_IN + 0.2, side_in, side_in),
-        shifts_of(content.comparison),
-    )
-    left_in = _MARGIN_IN + 0.4 + side_in + 0.55
-    width_in = WIDTH_IN - _MARGIN_IN - left_in
-    page.caption("Differences in numbers", left_in, top_in)
+    """The table of differences, what it means, and beside it further numbers."""
+    page.caption("Differences in numbers", _MARGIN_IN, top_in)
     rows = difference_rows(content.comparison)
     table_in = (1 + len(rows)) * _TABLE_ROW_IN
-    axes = axes_at(page.figure, left_in, top_in + _CAPTION_IN, width_in, table_in)
+    axes = axes_at(page.figure, _MARGIN_IN, top_in + _CAPTION_IN, _TABLE_IN, table_in)
     draw_table(axes, HEAD, rows, row_height=1 / (1 + len(rows)))
     line_in = top_in + _CAPTION_IN + table_in + 0.24
     for note in _notes(content):
-        page.text(note, left_in, line_in, fontsize=7.0, color=SOFT_INK)
+        page.text(note, _MARGIN_IN, line_in, fontsize=7.0, color=SOFT_INK)
         line_in += _LINE_IN
-    line_in += 0.12
     for index, (name, value) in enumerate(content.numbers.items()):
-        column_in = left_in + (index % 2) * width_in / 2
-        page.text(name, column_in, line_in + (index // 2) * _LINE_IN, fontsize=7.5, color=SOFT_INK)
-        page.text(value, column_in + 1.35, line_in + (index // 2) * _LINE_IN, fontsize=7.5)
+        line_in = top_in + _CAPTION_IN + 0.15 + index * _LINE_IN
+        page.text(name, _COLUMNS_IN[2], line_in, fontsize=7.5, color=SOFT_INK)
+        page.text(value, _COLUMNS_IN[2] + 1.2, line_in, fontsize=7.5)
 
 
 def _notes(content: SheetContent) -> list[str]:
@@ -276,6 +320,10 @@ def _notes(content: SheetContent) -> list[str]:
         f"ΔE₀₀: {blur}{white}, {clipped}.",
         "x, y and “of means”: of a region’s light added up: noise averages out. Shifts are RGB − spectral.",
     ]
+    if len(comparison.objects) > MOST_ROWS:
+        lines.append(
+            f"The {MOST_ROWS} largest of {len(comparison.objects)} objects; all are in compare.json."
+        )
     if comparison.unseen_objects:
         lines.append(f"Not in the picture: {', '.join(comparison.unseen_objects)}.")
     return lines

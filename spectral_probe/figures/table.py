@@ -15,9 +15,22 @@ HEAD = ("", "ΔE₀₀ mean", "p95", "> 1", "> 2", "of means", "x, y spectral", 
 _RIGHT_EDGES = (0.0, 0.315, 0.385, 0.455, 0.525, 0.62, 0.79, 0.895, 1.0)
 
 
+MOST_ROWS = 12
+"""Of more objects than these, the largest in the picture are shown."""
+
+_LONGEST_NAME = 22
+
+
+def largest_objects(comparison: Comparison) -> tuple[RegionComparison, ...]:
+    """The objects that tables and diagrams show: all, or the largest in the picture, in their own order."""
+    by_size = sorted(comparison.objects, key=lambda region: region.raw.pixels, reverse=True)
+    shown = {region.name for region in by_size[:MOST_ROWS]}
+    return tuple(region for region in comparison.objects if region.name in shown)
+
+
 def difference_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """The cells of the table of differences: the objects, then the whole image blurred and raw."""
-    rows = [_cells(region.name, region, raw=False) for region in comparison.objects]
+    rows = [_cells(_short(region.name), region, raw=False) for region in largest_objects(comparison)]
     if comparison.image.blurred is not None:
         rows.append(_cells(f"image, σ {comparison.blur_px:g} px", comparison.image, raw=False))
     rows.append(_cells("image, raw", comparison.image, raw=True))
@@ -38,6 +51,17 @@ def _cells(name: str, region: RegionComparison, *, raw: bool) -> tuple[str, ...]
         _signed(dx),
         _signed(dy),
     )
+
+
+def _short(name: str) -> str:
+    """A name that fits its column.
+
+    Examples
+    --------
+    >>> _short("Copper Ball"), _short("A very long name of an object")
+    ('Copper Ball', 'A very long name of a…')
+    """
+    return name if len(name) <= _LONGEST_NAME else name[: _LONGEST_NAME - 1] + "…"
 
 
 def _signed(value: float) -> str:

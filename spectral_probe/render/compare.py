@@ -91,6 +91,8 @@ class Comparison:
         The objects' numbers, in the order of their masks.
     unseen_objects
         Names of objects without a valid pixel.
+    not_finite
+        How many pixels of the spectral and of the RGB image are not finite.
     """
 
     delta_e: FloatArray
@@ -102,6 +104,7 @@ class Comparison:
     image: RegionComparison
     objects: tuple[RegionComparison, ...]
     unseen_objects: tuple[str, ...]
+    not_finite: tuple[int, int] = (0, 0)
 
     @property
     def delta_e_map(self) -> FloatArray:
@@ -140,7 +143,8 @@ def compare_images(
     Raises
     ------
     FileFormatError
-        If the images differ in size, have no pixel in common to compare, or a mask does not fit them.
+        If the images differ in size, one of them is black or has more pixels that are not finite than others, or a mask does
+        not fit them.
 
     Notes
     -----
@@ -189,6 +193,7 @@ def compare_images(
         image=pair.region("image", valid),
         objects=tuple(objects),
         unseen_objects=tuple(unseen),
+        not_finite=(_not_finite(xyz_spectral), _not_finite(xyz_rgb)),
     )
 
 
@@ -205,6 +210,7 @@ def comparison_report(comparison: Comparison) -> dict[str, Any]:
         "clip_relative_to_white": CLIP,
         "clipped_fraction": comparison.clipped_fraction,
         "valid_fraction": float(comparison.valid.mean()),
+        "pixels_not_finite": list(comparison.not_finite),
         "blur_px": comparison.blur_px,
         "image": row(comparison.image),
         "objects": [row(region) for region in comparison.objects],
@@ -212,10 +218,11 @@ def comparison_report(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def write_comparison(path: Path, comparison: Comparison) -> None:
-    """Write the numbers of a comparison as JSON (`compare.json`)."""
+def write_comparison(path: Path, comparison: Comparison, further: Mapping[str, Any] | None = None) -> None:
+    """Write the numbers of a comparison, and further ones by name, as JSON (`compare.json`)."""
+    told = {**comparison_report(comparison), **(further or {})}
     with written_whole(path) as temporary:
-        temporary.write_text(json.dumps(comparison_report(comparison), indent=2) + "\n", encoding="utf-8")
+        temporary.write_text(json.dumps(told, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def _prepared(xyz_spectral: FloatArray, xyz_rgb: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
@@ -230,6 +237,8 @@ def _prepared(xyz_spectral: FloatArray, xyz_rgb: FloatArray) -> tuple[FloatArray
             f"The spectral image is {_size(xyz_spectral)} pixels, the RGB image {_size(xyz_rgb)}. "
             "Render both at one size."
         )
+    for name, image in (("spectral", xyz_spectral), ("RGB", xyz_rgb)):
+        _check_seen(name, image)
     finite = np.isfinite(xyz_spectral).all(-1) & np.isfinite(xyz_rgb).all(-1)
     spectral, rgb = (np.where(finite[..., None], image, 0).astype(float) for image in (xyz_spectral, xyz_rgb))
     valid = finite & ((spectral > 0).any(-1) | (rgb > 0).any(-1))
@@ -238,6 +247,24 @@ def _prepared(xyz_spectral: FloatArray, xyz_rgb: FloatArray) -> tuple[FloatArray
             "There is nothing to compare: every pixel is black or not a number in these images."
         )
     return spectral, rgb, valid
+
+
+def _check_seen(name: str, image: FloatArray) -> None:
+    """Refuse an image that shows nothing."""
+    bad = _not_finite(image)
+    if 2 * bad > image.shape[0] * image.shape[1]:
+        raise FileFormatError(
+            f"{bad} of the {image.shape[0] * image.shape[1]} pixels of the {name} image are not numbers. Render it again."
+        )
+    if not (image > 0).any():  # what is not a number is not above 0 either
+        raise FileFormatError(
+            f"The {name} image is black in every pixel. Check the scene's light and camera, and render it again."
+        )
+
+
+def _not_finite(image: FloatArray) -> int:
+    """How many pixels of an image (H, W, C) are not finite."""
+    return int(np.count_nonzero(~np.isfinite(image).all(-1)))
 
 
 def _size(image: FloatArray | BoolArray) -> str:

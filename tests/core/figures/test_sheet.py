@@ -13,11 +13,13 @@ from spectral_probe.figures.difference import (
     delta_e_picture,
 )
 from spectral_probe.figures.display import exposure_for_white, tone_map
+from spectral_probe.figures.pair import shown_pair, wipe_picture
 from spectral_probe.figures.sheet import SheetContent, comparison_sheet
 from spectral_probe.figures.spectrum import SpectrumPlot
 from spectral_probe.figures.style import save_figure
 from spectral_probe.figures.table import difference_rows
 from spectral_probe.render.compare import compare_images
+from spectral_probe.render.rgb_ways import compare_rgb_ways, metal_reflectances
 from spectral_probe.spectra.colorimetry import white_xyz
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 from spectral_probe.spectra.library import planck
@@ -32,6 +34,7 @@ def content():
     ball[6:18, 6:18] = True
     rgb[ball] *= (1.03, 1.0, 0.95)
     comparison = compare_images(spectral, rgb, object_masks={"gold": ball}, blur_px=1.0)
+    ways = compare_rgb_ways(metal_reflectances(["gold", "silver"]), planck(2856.0), "a lamp")
     lamp = SpectrumPlot(
         "Lamp",
         WAVELENGTHS_NM,
@@ -41,7 +44,7 @@ def content():
         measured_label="true",
     )
     return SheetContent(
-        comparison, spectral, rgb, title="Three balls", subtitle="at noon",
+        comparison, spectral, rgb, ways, split=0.3, title="Three balls", subtitle="at noon",
         panorama=rng.integers(0, 255, (32, 64, 3), dtype=np.uint8), spectra=(lamp, lamp),
         numbers={"Passes": "5", "Seconds": "41"},
     )  # fmt: skip
@@ -55,17 +58,25 @@ def sheet(content):
 def test_sheet_shows_everything(sheet, content):
     words = {text.get_text() for text in sheet.texts}
     for expected in ("Three balls", "at noon", "Lamp", "Spectral render", "Cycles RGB render", "Colour difference ΔE₀₀",
-                     "Chromaticity, CIE 1931 2°", "Differences in numbers", "Passes", "41"):  # fmt: skip
+                     "Wipe", "Chromaticity, CIE 1931 2°", "Four ways of RGB",
+                     "metals under a lamp", "Differences in numbers", "Passes", "41"):  # fmt: skip
         assert expected in words
-    assert [text.get_text() for text in sheet.texts if text.get_text() in list("abcdefgh")] == list(
-        "abcdefgh"
+    assert [text.get_text() for text in sheet.texts if text.get_text() in list("abcdefghij")] == list(
+        "abcdefghij"
     )
     shown = [np.asarray(image.get_array()) for axes in sheet.axes for image in axes.images]
     exposure = exposure_for_white(content.comparison.white_xyz[1])
+    pair = (
+        tone_map(content.xyz_spectral, exposure),
+        tone_map(content.xyz_rgb, exposure),
+    )  # one exposure for both
+    assert all(
+        map(np.array_equal, pair, shown_pair(content.comparison, content.xyz_spectral, content.xyz_rgb))
+    )
     for picture in (
         content.panorama,
-        tone_map(content.xyz_spectral, exposure),
-        tone_map(content.xyz_rgb, exposure),  # one exposure for both
+        *pair,
+        wipe_picture(*pair, 0.3),
         delta_e_picture(content.comparison),
     ):
         assert any(image.shape == picture.shape and (image == picture).all() for image in shown)
@@ -88,7 +99,9 @@ def test_where_a_spectrum_was_read_is_ringed(sheet):
 
 
 def test_sheet_without_light_is_shorter(sheet, content):
-    plain = comparison_sheet(SheetContent(content.comparison, content.xyz_spectral, content.xyz_rgb))
+    plain = comparison_sheet(
+        SheetContent(content.comparison, content.xyz_spectral, content.xyz_rgb, content.ways)
+    )
     assert plain.get_size_inches()[0] == sheet.get_size_inches()[0]
     assert plain.get_size_inches()[1] < sheet.get_size_inches()[1] - 3
 

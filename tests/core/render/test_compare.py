@@ -134,6 +134,7 @@ def test_what_is_not_a_number_or_black_in_both_is_left_out(picture):
     assert not comparison.valid[0, :2].any()
     assert not comparison.valid[1].any()
     assert comparison.valid.sum() == 2400 - 2 - 60
+    assert comparison.not_finite == (1, 1)
     assert np.isnan(comparison.delta_e[~comparison.valid]).all()
     assert np.isfinite(comparison.delta_e_blurred[comparison.valid]).all()
     assert comparison.image.raw.pixels == 2400 - 2 - 60
@@ -186,11 +187,24 @@ def test_numbers_as_json(picture, tmp_path):
     ("spectral", "rgb", "masks", "message"),
     [
         (np.ones((4, 6, 3)), np.ones((5, 6, 3)), {}, r"6 x 4 pixels, the RGB image 6 x 5"),
-        (np.zeros((4, 6, 3)), np.zeros((4, 6, 3)), {}, r"every pixel is black or not a number"),
-        (np.full((4, 6, 3), np.nan), np.ones((4, 6, 3)), {}, r"every pixel is black or not a number"),
+        (np.zeros((4, 6, 3)), np.zeros((4, 6, 3)), {}, r"spectral image is black in every pixel"),
+        (np.zeros((4, 6, 3)), np.ones((4, 6, 3)), {}, r"spectral image is black in every pixel"),
+        (np.ones((4, 6, 3)), np.zeros((4, 6, 3)), {}, r"RGB image is black in every pixel"),
+        (
+            np.full((4, 6, 3), np.nan),
+            np.ones((4, 6, 3)),
+            {},
+            r"24 of the 24 pixels of the spectral image are not numb",
+        ),
+        (
+            np.ones((4, 6, 3)),
+            np.full((4, 6, 3), np.inf),
+            {},
+            r"24 of the 24 pixels of the RGB image are not numbers",
+        ),
         (np.ones((4, 6)), np.ones((4, 6)), {}, r"three channels are needed"),
         (np.ones((4, 6, 3)), np.ones((4, 6, 3)), {"ball": np.ones((6, 4), bool)}, r'mask of "ball" is 4 x 6'),
-        (np.zeros((4, 6, 3)), np.ones((4, 6, 3)), {}, r"Give the luminance of white"),
+        (np.eye(30)[..., None] * np.ones(3), np.ones((30, 30, 3)), {}, r"Give the luminance of white"),
     ],
 )
 def test_bad_input_is_one_clear_line(spectral, rgb, masks, message):

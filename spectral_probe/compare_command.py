@@ -1,0 +1,193 @@
+"""The verb `compare`: a spectral and an RGB render beside each other in pictures and numbers, and fig. 13 of the paper."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .commands import read_tristimulus
+from .composite_model import OBJECTS_NAME
+from .errors import FileFormatError
+from .files.atomic import check_folder
+from .files.objects_exr import read_objects
+from .light_choice import REPORT_NAME, NamedLight, chosen_light, light_of_render
+from .model import BoolArray, Job, Progress
+from .render.compare import Comparison, compare_images, comparison_report, write_comparison
+from .render.rgb_ways import compare_rgb_ways, metal_reflectances, ways_report
+from .spectra.colorimetry import spectra_to_xyz
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .figures.sheet import SheetContent
+
+type Numbers = dict[str, Any]
+
+DEFAULT_METALS = ("gold", "silver", "copper")
+DEFAULT_LIGHT = "D65"
+
+_COVERED = 0.5
+"""A pixel belongs to the object that covers more than this share of it."""
+
+_SUFFIXES = (".png", ".svg")
+
+
+@dataclass(frozen=True)
+class CompareSettings:
+    """What a comparison shows.
+
+    Parameters
+    ----------
+    blur_px
+        Standard deviation of a Gaussian blur of both images against noise.
+    light, at, region_path
+        The light of the four ways of RGB, as in `chosen_light`; empty: the mean light of the render, or D65 where its folder
+        does not tell.
+    metals
+        Names of the metals in it.
+    split
+        Where the wipe changes from spectral to RGB, 0..1 of the width.
+    """
+
+    blur_px: float = 0.0
+    light: str = ""
+    at: tuple[float, float] | None = None
+    region_path: Path | None = None
+    metals: tuple[str, ...] = DEFAULT_METALS
+    split: float = 0.5
+
+
+def compare(
+    spectral_path: Path, rgb_path: Path, directory: Path, settings: CompareSettings | None = None
+) -> Job[Numbers]:
+    """Two renders of one scene to a folder: sheet, wipe, dE2000 map, xy diagrams (PNG and SVG), and compare.json.
+
+    objects.exr beside the spectral render tells which pixels show which object.
+
+    Raises
+    ------
+    FileFormatError
+        If an image cannot be read, shows nothing, or has another size than the other.
+    SpectralDataError
+        If the light or a metal is not known.
+    """
+    from .figures.sheet import SheetContent
+
+    settings = settings or CompareSettings()
+    yield Progress(0.02, "Reading the renders")
+    read = [read_tristimulus(spectral_path), read_tristimulus(rgb_path)]
+    spectral, rgb = (image.xyz for image in read)
+    if spectral.shape != rgb.shape:
+        raise FileFormatError(
+            f"{spectral_path.name} is {spectral.shape[1]} x {spectral.shape[0]} pixels, {rgb_path.name} is "
+            f"{rgb.shape[1]} x {rgb.shape[0]}. Compare renders of one size."
+        )
+    check_folder(directory)
+    light, adapted_white = _light(settings, spectral_path.parent)
+    ways = compare_rgb_ways(metal_reflectances(settings.metals), light.spectrum, light.name)
+    masks, told = object_masks(spectral_path.parent, spectral.shape[:2])
+    yield Progress(0.1, "Computing colour differences")
+    comparison = compare_images(spectral, rgb, object_masks=masks, blur_px=settings.blur_px)
+    remarks = [
+        *(remark for image in read for remark in image.remarks),
+        *told,
+        *_not_finite(comparison, (spectral_path.name, rgb_path.name)),
+    ]
+    further = {"rgb_ways": ways_report(ways), "split": settings.split, "remarks": remarks}
+    write_comparison(directory / "compare.json", comparison, further)
+    content = SheetContent(
+        comparison,
+        spectral,
+        rgb,
+        ways,
+        split=settings.split,
+        adapted_white=adapted_white,
+        numbers=_render_numbers(spectral_path.parent, spectral.shape),
+    )
+    yield from draw_comparison(directory, content)
+    return {**comparison_report(comparison), **further, "written": str(directory)}
+
+
+def draw_comparison(directory: Path, content: SheetContent) -> Job[None]:
+    """Draw everything about a comparison into a folder.
+
+    sheet, delta_e, chromaticity and rgb_ways as PNG and SVG; spectral.png, rgb.png and wipe.png as large as the renders.
+    """
+    from .figures.chromaticity import chromaticity_figure, shifts_of
+    from .figures.difference import delta_e_figure
+    from .figures.display import write_png
+    from .figures.pair import shown_pair, wipe_picture
+    from .figures.rgb_ways import rgb_ways_figure
+    from .figures.sheet import comparison_sheet
+    from .figures.style import save_figure
+
+    comparison = content.comparison
+    yield Progress(0.3, "Drawing the wipe")
+    spectral, rgb = shown_pair(comparison, content.xyz_spectral, content.xyz_rgb, content.adapted_white)
+    pictures = {"spectral": spectral, "rgb": rgb, "wipe": wipe_picture(spectral, rgb, content.split)}
+    for name, picture in pictures.items():
+        write_png(directory / f"{name}.png", picture)
+    figures: Mapping[str, Callable[[], Figure]] = {
+        "delta_e": lambda: delta_e_figure(comparison),
+        "chromaticity": lambda: chromaticity_figure(shifts_of(comparison)),
+        "rgb_ways": lambda: rgb_ways_figure(content.ways),
+        "sheet": lambda: comparison_sheet(content),
+    }
+    for index, (name, drawn) in enumerate(figures.items()):
+        yield Progress(0.4 + 0.15 * index, f"Drawing {name}")
+        figure = drawn()
+        for suffix in _SUFFIXES:
+            save_figure(figure, directory / f"{name}{suffix}")
+
+
+def object_masks(directory: Path, size: tuple[int, ...]) -> tuple[dict[str, BoolArray], list[str]]:
+    """Masks (H, W) of the objects in a render's folder by name, and sentences on why there are none.
+
+    A pixel belongs to an object that covers more than half of it.
+    """
+    path = directory / OBJECTS_NAME
+    if not path.is_file():
+        return {}, []
+    found = read_objects(path)
+    if found.coverage.shape != size:
+        height, width = found.coverage.shape
+        return {}, [
+            f"{OBJECTS_NAME} is {width} x {height} pixels, the renders {size[1]} x {size[0]}: there are no numbers by object."
+        ]
+    return {name: plane > _COVERED for name, plane in found.objects.items()}, []
+
+
+def _light(settings: CompareSettings, directory: Path) -> tuple[NamedLight, Any]:
+    """The light of the four ways; and, where it is the render's own, its XYZ to white-balance the pictures by, else None."""
+    own = light_of_render(directory)
+    white = None if own is None else spectra_to_xyz(own.spectrum)
+    if settings.light:
+        return chosen_light(settings.light, settings.at, settings.region_path), white
+    return own or chosen_light(DEFAULT_LIGHT, settings.at, settings.region_path), white
+
+
+def _not_finite(comparison: Comparison, names: tuple[str, str]) -> list[str]:
+    """A sentence for each image with pixels that are not numbers."""
+    return [
+        f"{count} pixel{'s' if count > 1 else ''} of {name} {'are' if count > 1 else 'is'} not a number and left out: "
+        "hatched in the map."
+        for name, count in zip(names, comparison.not_finite, strict=True)
+        if count
+    ]
+
+
+def _render_numbers(directory: Path, size: tuple[int, ...]) -> dict[str, str]:
+    """What the sheet says of the renders: their size, and what report.json beside them tells of time and samples."""
+    numbers = {"size": f"{size[1]} x {size[0]} px"}
+    try:
+        report = json.loads((directory / REPORT_NAME).read_text("utf-8"))
+        seconds = report["seconds"]
+        numbers["spectral render"] = f"{seconds['spectral']:.1f} s, {report['passes']} passes"
+        numbers["RGB render"] = f"{seconds['rgb']:.1f} s"
+        numbers["samples"] = str(report["samples"])
+    except (OSError, ValueError, KeyError, TypeError):  # images may lie in any folder, beside any report.json
+        return numbers
+    return numbers
