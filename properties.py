@@ -17,6 +17,7 @@ from bpy.props import (
 )
 
 from . import region_properties, swap_properties
+from .backplate_properties import SPECTRAL_PROBE_PG_backplate
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
 from .library_pickers import ball_materials, camera_names
@@ -349,6 +350,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         subtype="PIXEL",
     )
     comparison: PointerProperty(type=SPECTRAL_PROBE_PG_comparison)
+    backplate: PointerProperty(type=SPECTRAL_PROBE_PG_backplate)
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
@@ -364,6 +366,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_spectrum,
         *region_properties.CLASSES,
         *swap_properties.CLASSES,
+        SPECTRAL_PROBE_PG_backplate,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_light,
