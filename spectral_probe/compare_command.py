@@ -129,7 +129,7 @@ def draw_comparison(directory: Path, content: SheetContent) -> Job[None]:
     spectral, rgb = shown_pair(comparison, content.xyz_spectral, content.xyz_rgb, content.adapted_white)
     pictures = {"spectral": spectral, "rgb": rgb, "wipe": wipe_picture(spectral, rgb, content.split)}
     for name, picture in pictures.items():
-        write_png(directory / f"{name}.png", picture)
+        write_png(directory / f"{name}.png", picture, quick=True)
     figures: Mapping[str, Callable[[], Figure]] = {
         "delta_e": lambda: delta_e_figure(comparison),
         "chromaticity": lambda: chromaticity_figure(shifts_of(comparison)),
