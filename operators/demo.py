@@ -73,8 +73,9 @@ def _spectra(directory: Path, truth: dict[str, Any]) -> Job[dict[str, Numbers]]:
 
 def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, dict[str, Any]]]:
     """Gold pedestal, silver ball and copper ball in the recovered light, spectrally and in RGB (fig. 12)."""
+    from ..spectral_probe.composite_model import OBJECTS_NAME
+    from ..spectral_probe.files.objects_exr import read_objects
     from .bridge.cycles import spectral_render
-    from .bridge.masks import object_masks
     from .bridge.objects import demo_scene
 
     yield Progress(0.0, "Setting up the scene")
@@ -83,9 +84,9 @@ def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, d
     demo_scene(scene)
     scene.render.resolution_x, scene.render.resolution_y = _SIZE_PX
     objects = [thing for thing in scene.objects if thing.type == "MESH" and _is_metal(thing)]
-    yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.95)
-    yield Progress(0.95, "Finding the objects in the image")
-    masks = object_masks(scene, objects)
+    yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.98)
+    shares = read_objects(directory / OBJECTS_NAME).objects
+    masks = {thing.name: shares[thing.name] > 0.5 for thing in objects}
     scene_file = directory / "demo.blend"
     scene_file.unlink(missing_ok=True)  # Blender would keep the one before as demo.blend1
     bpy.ops.wm.save_as_mainfile(filepath=str(scene_file), copy=True, compress=True)

@@ -50,7 +50,7 @@ class MeasuredView:
     `image` and the `camera` that took it are cut to the ball; `corner_px` is their left and upper edge in the photograph, whose
     pixels `outline` counts. `converted` where a tone curve had been applied (JPEG). `others` are further balls in the
     picture (x, y, radius), `remarks` sentences for the user. `patch` is what was asked for beside the ball. `size_px` is the
-    (width, height) of the whole photograph.
+    (width, height) of the whole photograph, `shifts_px` (E, 2) where the ball lies in each photograph from the first.
     """
 
     settings: ViewSettings
@@ -65,6 +65,7 @@ class MeasuredView:
     remarks: tuple[str, ...] = ()
     patch: Patch | None = None
     size_px: tuple[int, int] = (0, 0)
+    shifts_px: tuple[FloatArray, ...] = ()
 
     @property
     def clipped_fraction(self) -> float:
@@ -136,6 +137,7 @@ def measure_view(
         (*remarks, *found.warnings, *bracket.warnings),
         patch,
         size_px,
+        found.shifts_px,
     )
 
 

@@ -8,25 +8,29 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...spectral_probe.composite_model import BACKPLATE_NAME, OBJECTS_NAME
 from ...spectral_probe.files.atomic import UNFINISHED
+from ...spectral_probe.files.objects_exr import write_objects
 from ...spectral_probe.render.assemble import assemble
 from ...spectral_probe.render.outputs import OutputSettings, bands_wanted, write_outputs, write_rgb_twin
 from ...spectral_probe.render.pass_folder import PassFolder, read_pass
 from ...spectral_probe.render_model import WORLD, PassImage, PassPlan, RenderStep
 from ...spectral_probe.spectra.working_space import working_space
+from .catchers import Surfaces
 from .denoise import denoised, wants_denoising
+from .object_coverage import coverage_in
 from .render_report import REPORT_NAME
 from .translation import working_to_rec709
 
 type Array = np.ndarray[Any, Any]
 
 TWIN_STEP = "rgb"
-_PICTURES = ("xyz", "image", "render", "rgb", "swappable", "spectral")
+_PICTURES = ("xyz", "image", "render", "rgb", "swappable", "spectral", "objects")
 
 
 def remove_pictures(directory: Path, view_layers: Sequence[str]) -> None:
     """Remove the files of an earlier render of these view layers, lest they be taken for those of this one."""
-    for name in (REPORT_NAME, "swaps.json"):
+    for name in (REPORT_NAME, BACKPLATE_NAME, "swaps.json"):
         (directory / name).unlink(missing_ok=True)
     for suffix in layer_suffixes(view_layers):
         for picture in _PICTURES:
@@ -67,6 +71,13 @@ def write_twin(folder: PassFolder, level: float, settings: OutputSettings, direc
         image = read_pass(folder.path(TWIN_STEP), number)
         rgb = image.groups[WORLD] @ to_rec709.T.astype(np.float32) * level
         write_rgb_twin(directory / f"rgb{suffix}.exr", rgb, image.alpha, settings, space)
+
+
+def write_objects_of(folder: PassFolder, step: str, found: Surfaces, directory: Path) -> None:
+    """Write objects.exr of every view layer: which pixels show which object."""
+    for number, suffix in enumerate(layer_suffixes(folder.view_layers)):
+        coverage = coverage_in(folder.path(step), number, found)
+        write_objects(directory / f"{Path(OBJECTS_NAME).stem}{suffix}.exr", coverage)
 
 
 def layer_suffixes(names: Sequence[str]) -> list[str]:

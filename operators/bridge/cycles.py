@@ -5,7 +5,7 @@ the scene, the light and the settings are those it began with (`fingerprint`).
 """
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,23 +14,28 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...spectral_probe.composite_model import OBJECTS_NAME
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import Job, SpectralPanorama
 from ...spectral_probe.render.outputs import OutputSettings
 from ...spectral_probe.render.pace import Pace, step_message
-from ...spectral_probe.render.pass_folder import PassFolder, read_pass, render_steps, sequence_samples
+from ...spectral_probe.render.pass_folder import read_pass, render_steps, sequence_samples
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
-from ...spectral_probe.render_model import WORLD, PassPlan
-from .assembling import TWIN_STEP, write_pictures, write_twin
+from ...spectral_probe.render_model import WORLD, PassPlan, RenderStep
+from .assembling import TWIN_STEP, write_objects_of, write_pictures, write_twin
+from .camera_backplate import write_camera
+from .catchers import Surfaces, as_ordinary_surfaces, surfaces
 from .light import LayerLight, WavelengthLight, light_level, panorama_rec709, shown
 from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
 from .missing_files import check_textures
+from .object_coverage import render_coverage
 from .own_world import OwnWorld, own_world_light
+from .parts import OBJECTS_STEP, Part, parts_of
 from .pass_output import RenderTo, pass_output
 from .pass_settings import PassSettings, pass_settings
 from .planning import DEFAULT_MAX_DE2000, Passes, Planner, PlanRequest
 from .render_report import SpectralRender, device_name, write_report
-from .resuming import PLAN_NAME, OnChange, folder_of_steps, render_fingerprint
+from .resuming import PLAN_NAME, OnChange, render_fingerprint
 from .world import temporary_light, volume_left_out
 
 type Array = np.ndarray[Any, Any]
@@ -39,21 +44,20 @@ type Light = LayerLight | WavelengthLight
 
 @dataclass(frozen=True)
 class _Task:
-    """What all parts of a render need; the lists and the pace grow.
+    """What all steps of a render need; the lists and the pace grow.
 
-    `kept` are the steps of an earlier run, `emitters` what shines besides the world.
+    The first of the parts is the one with all objects. `emitters` is what shines besides the world.
     """
 
     scene: bpy.types.Scene
     probe: SpectralPanorama | None
-    directory: Path
+    parts: tuple[Part, ...]
+    surfaces: Surfaces
     samples: int
     settings: PassSettings
     render_to: RenderTo
-    folder: PassFolder
     pace: Pace
     warnings: list[str]
-    kept: list[str] = field(default_factory=list)
     emitters: list[str] = field(default_factory=list)
 
 
@@ -87,8 +91,9 @@ def spectral_render(
         The passes; None makes a plan for this scene and this light. A light-basis plan must have been made for the
         layers of this light.
     directory
-        Where to write passes/, the files of `render.outputs`, rgb.exr, plan.json and report.json. Finished passes of a stopped
-        render of the same scene in the same light are kept, and not rendered again.
+        Where to write passes/, the files of `render.outputs`, rgb.exr, objects.exr, plan.json and report.json, and in without/
+        the same of the scene without its virtual objects, where it has shadow catchers. Finished passes of a stopped render of
+        the same scene in the same light are kept, and not rendered again.
     samples
         Samples per pixel of a full pass.
     passes
@@ -133,24 +138,26 @@ def spectral_render(
     planner = replace(planner, given=plan or planner.given)
     plan = planner.given
     outputs = outputs or OutputSettings()
-    folder = folder_of_steps(directory, render_fingerprint(scene, planner), scene, on_change)
-    if folder.finished:
-        plan, samples = load_plan(directory / PLAN_NAME), int(folder.fingerprint["samples"])
+    found = surfaces(scene)
+    parts = parts_of(scene, directory, render_fingerprint(scene, planner), found, on_change)
+    if parts[0].folder.finished:
+        plan, samples = load_plan(directory / PLAN_NAME), int(parts[0].folder.fingerprint["samples"])
     with ExitStack() as stack:
         settings = stack.enter_context(pass_settings(scene))
         render_to = stack.enter_context(pass_output(scene, settings.layers))
-        warnings = [*settings.warnings, *(volume_left_out(scene.world) if probe is not None else ())]
-        task = _Task(scene, probe, directory, samples, settings, render_to, folder, Pace(1), warnings)
+        stack.enter_context(as_ordinary_surfaces(scene, found))
+        warnings = [
+            *settings.warnings,
+            *(volume_left_out(scene.world) if probe is not None else ()),
+            *found.warnings,
+        ]
+        task = _Task(scene, probe, parts, found, samples, settings, render_to, Pace(1), warnings)
         yield task.pace.progress("Planning the passes")
         plan, light = yield from _spectral_passes(task, plan, planner, rgb_twin)
-        seconds_rgb = (yield from _rgb_twin(task, outputs)) if rgb_twin else None
+        if rgb_twin:
+            yield from _rgb_twins(task, outputs)
     yield task.pace.progress("Putting the passes together")
-    start = time.perf_counter()
-    write_pictures(scene, folder, plan, render_steps(plan, samples), outputs, directory)
-    result = _result(task, plan, light, seconds_rgb, time.perf_counter() - start)
-    height, width = read_pass(result.passes[0]).groups[WORLD].shape[:2]
-    write_report(result, scene, (width, height))
-    return result
+    return _written(task, plan, light, outputs, rgb_twin)
 
 
 def planned(scene: bpy.types.Scene, planner: Planner) -> PassPlan:
@@ -205,7 +212,7 @@ def _spectral_passes(
     task: _Task, plan: PassPlan | None, planner: Planner, rgb_twin: bool
 ) -> Job[tuple[PassPlan, Light]]:
     """Plan, and render all steps that are not finished."""
-    kept, level = bool(task.folder.finished), light_level(task.probe)
+    kept, level = bool(task.parts[0].folder.finished), light_level(task.probe)
     wavelength = plan.kind == "wavelength" if plan else planner.request.passes == "all"
     light: Light
     if not wavelength:
@@ -215,7 +222,7 @@ def _spectral_passes(
                 light = LayerLight(planner.sets(materials, world), materials.emission, world)
                 plan = light.checked(plan)
                 task.warnings.extend(world.warnings if world else ())
-                yield from _render_steps(task, plan, light, materials, rgb_twin, kept)
+                yield from _render_steps(task, plan, light, materials, rgb_twin)
                 return plan, light
     plan = plan or reference_plan()
     if kept:  # the passes there are were divided by it
@@ -224,43 +231,63 @@ def _spectral_passes(
         light = WavelengthLight(task.probe, level, task.warnings, world)
         plan = light.checked(plan)
         task.warnings.extend(world.warnings if world else ())
-        yield from _render_steps(task, plan, light, materials, rgb_twin, kept)
+        yield from _render_steps(task, plan, light, materials, rgb_twin)
         return plan, light
 
 
 def _render_steps(
-    task: _Task, plan: PassPlan, light: Light, materials: SpectralMaterials, rgb_twin: bool, kept: bool
+    task: _Task, plan: PassPlan, light: Light, materials: SpectralMaterials, rgb_twin: bool
 ) -> Job[None]:
-    """Render the steps that are not finished yet."""
-    if not kept:
-        save_plan(plan, task.directory / PLAN_NAME)
+    """Render the steps that are not finished yet, of all parts."""
     task.warnings.extend([*materials.warnings, *_beyond(plan)])
     task.emitters.extend(materials.emitters)
     steps = render_steps(plan, task.samples)
-    missing = [step for step in steps if not task.folder.holds(step.name)]
-    task.pace.total = sum(step.samples for step in steps) + rgb_twin * task.samples
-    task.pace.skip(sum(step.samples for step in steps if step not in missing))
-    task.kept.extend(step.name for step in steps if step not in missing)
-    if not missing:
-        return
+    task.pace.total = len(task.parts) * (sum(step.samples for step in steps) + rgb_twin * task.samples)
+    for part in task.parts:
+        if not part.folder.finished:
+            save_plan(plan, part.directory / PLAN_NAME)
+        held = [step for step in steps if part.folder.holds(step.name)]
+        part.kept.extend(step.name for step in held)
+        task.pace.skip(sum(step.samples for step in held))
+    if any(len(part.kept) < len(steps) for part in task.parts):
+        with shown(task.scene, light) as show:
+            for part in task.parts:
+                with part.shown():
+                    yield from _render_part(task, plan, part, steps, materials, show)
+    folder = task.parts[0].folder
+    if not folder.holds(OBJECTS_STEP):
+        yield task.pace.progress("Which pixels show which object")
+        start = time.perf_counter()
+        count = sequence_samples(plan, task.samples, steps[0])
+        task.settings.set_samples(count, 0, count)
+        render_coverage(task.scene, task.render_to, folder.path(OBJECTS_STEP))
+        folder.record(OBJECTS_STEP, time.perf_counter() - start, count)
+
+
+def _render_part(
+    task: _Task,
+    plan: PassPlan,
+    part: Part,
+    steps: Sequence[RenderStep],
+    materials: SpectralMaterials,
+    show: Callable[[PassPlan, int], None],
+) -> Job[None]:
+    """Render the steps of a part that are not finished yet."""
     groups = [WORLD, *(group.name for group in plan.emission)]
-    with shown(task.scene, light) as show:
-        for number, step in enumerate(steps):
-            if step not in missing:
-                continue
-            yield task.pace.progress(step_message(plan, steps, number, task.samples))
-            start = time.perf_counter()
-            first_set = plan.light_sets[step.pass_number] == 0
-            show(plan, step.pass_number)
-            materials.shine(first_set)
-            materials.set_wavelengths(plan.wavelengths_nm[step.pass_number])
-            task.settings.set_samples(
-                sequence_samples(plan, task.samples, step), step.first_sample, step.samples
-            )
-            task.render_to(task.folder.path(step.name), groups if first_set else [WORLD], step.guide)
-            seconds = time.perf_counter() - start
-            task.folder.record(step.name, seconds, step.samples)
-            task.pace.add(step.samples, seconds)
+    for number, step in enumerate(steps):
+        if step.name in part.kept:
+            continue
+        yield task.pace.progress(step_message(plan, steps, number, task.samples) + part.told)
+        start = time.perf_counter()
+        first_set = plan.light_sets[step.pass_number] == 0
+        show(plan, step.pass_number)
+        materials.shine(first_set)
+        materials.set_wavelengths(plan.wavelengths_nm[step.pass_number])
+        task.settings.set_samples(sequence_samples(plan, task.samples, step), step.first_sample, step.samples)
+        task.render_to(part.folder.path(step.name), groups if first_set else [WORLD], step.guide)
+        seconds = time.perf_counter() - start
+        part.folder.record(step.name, seconds, step.samples)
+        task.pace.add(step.samples, seconds)
 
 
 def _beyond(plan: PassPlan) -> list[str]:
@@ -268,47 +295,85 @@ def _beyond(plan: PassPlan) -> list[str]:
     return [note for note in plan.notes if "not reached" in note]
 
 
-def _rgb_twin(task: _Task, outputs: OutputSettings) -> Job[float]:
-    """Render the RGB twin with the same samples, write rgb.exr in the unit of image.exr, and return the seconds."""
-    level, folder = 1.0, task.folder
+def _rgb_twins(task: _Task, outputs: OutputSettings) -> Job[None]:
+    """Render the RGB twin of every part with the same samples, and write its rgb.exr in the unit of image.exr."""
+    level = 1.0
     world = None if task.probe is None else panorama_rec709(task.probe)
     if world is not None and not task.emitters:  # lamps shine as the user set them
         level = float(world.mean())
-    path = folder.path(TWIN_STEP)  # in the working space and at the level of the passes
-    if not folder.holds(TWIN_STEP):
+    missing = [part for part in task.parts if not part.folder.holds(TWIN_STEP)]
+    if missing:
         yield task.pace.progress("Rendering in RGB")
         with rgb_materials(task.scene), ExitStack() as stack:
             start = time.perf_counter()
             if world is not None:
                 set_light = stack.enter_context(temporary_light(task.scene, *world.shape[:2]))
                 set_light(world @ np.linalg.inv(working_to_rec709()).T / level)
-            task.settings.set_samples(task.samples, 0, task.samples)
-            task.render_to(path, [WORLD], False)
-            folder.record(TWIN_STEP, time.perf_counter() - start, task.samples)
-    write_twin(folder, level, outputs, task.directory)
-    return folder.finished[TWIN_STEP].seconds
+            for part in missing:
+                if part is not missing[0]:
+                    yield task.pace.progress(f"Rendering in RGB{part.told}")
+                    start = time.perf_counter()
+                with part.shown():
+                    task.settings.set_samples(task.samples, 0, task.samples)
+                    # In the working space and at the level of the passes.
+                    task.render_to(part.folder.path(TWIN_STEP), [WORLD], False)
+                seconds = time.perf_counter() - start
+                part.folder.record(TWIN_STEP, seconds, task.samples)
+                task.pace.add(task.samples, seconds)
+    for part in task.parts:
+        write_twin(part.folder, level, outputs, part.directory)
 
 
 # ---------------------------------------------------------------- results
 
 
-def _result(
-    task: _Task, plan: PassPlan, light: Light, seconds_rgb: float | None, seconds_assembly: float
+def _written(
+    task: _Task, plan: PassPlan, light: Light, outputs: OutputSettings, rgb_twin: bool
 ) -> SpectralRender:
-    folder, directory = task.folder, task.directory
+    """Write the files of all parts, that of all objects last, and its report as the last of all."""
+    steps = render_steps(plan, task.samples)
+    alone: SpectralRender | None = None
+    for part in reversed(task.parts):
+        whole = part is task.parts[0]
+        finished = replace(outputs, denoise=outputs.denoise if whole else False)  # no one looks at the other
+        start = time.perf_counter()
+        write_pictures(task.scene, part.folder, plan, steps, finished, part.directory)
+        height, width = read_pass(part.folder.path(steps[0].name)).groups[WORLD].shape[:2]
+        if whole:
+            write_objects_of(part.folder, OBJECTS_STEP, task.surfaces, part.directory)
+            write_camera(task.scene, (width, height), part.directory)
+        result = _result(task, part, plan, light, rgb_twin, time.perf_counter() - start)
+        if whole:
+            result = replace(
+                result,
+                objects=part.directory / OBJECTS_NAME,
+                without=alone,
+                seconds_objects=part.folder.finished[OBJECTS_STEP].seconds,
+                catchers=tuple(thing.name for thing in task.surfaces.catchers),
+                virtual=tuple(thing.name for thing in task.surfaces.virtual),
+            )
+        write_report(result, task.scene, (width, height))
+        alone = result
+    return result
+
+
+def _result(
+    task: _Task, part: Part, plan: PassPlan, light: Light, rgb_twin: bool, seconds_assembly: float
+) -> SpectralRender:
+    folder, directory = part.folder, part.directory
     steps = render_steps(plan, task.samples)
     return SpectralRender(
         xyz=directory / "xyz.exr",
         image=directory / "image.exr",
-        rgb=directory / "rgb.exr" if seconds_rgb is not None else None,
+        rgb=directory / "rgb.exr" if rgb_twin else None,
         layers=folder.view_layers,
         passes=tuple(folder.path(step.name) for step in steps),
         plan=plan,
         samples=task.samples,
         seconds_spectral=sum(folder.finished[step.name].seconds for step in steps),
-        seconds_rgb=seconds_rgb,
+        seconds_rgb=folder.finished[TWIN_STEP].seconds if rgb_twin else None,
         seconds_assembly=seconds_assembly,
-        steps_kept=len(task.kept),
+        steps_kept=len(part.kept),
         device=device_name(task.scene),
         warnings=tuple(dict.fromkeys(task.warnings)),
         light_residual=light.residual,

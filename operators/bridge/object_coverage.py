@@ -71,15 +71,16 @@ def coverage_in(path: Path, view_layer: int, found: Surfaces) -> ObjectCoverage:
         `coverage` is all that hides the background but the ground: smoke too, which no cryptomatte shows, and what is behind it
         counts as much as it is seen.
     """
-    shares = read_cryptomatte(path, f"{view_layer}.")
+    names = [thing.name for thing in (*found.catchers, *found.virtual)]
+    shares = read_cryptomatte(path, names, f"{view_layer}.")
     channels, _ = read_channels(path)
     alpha = np.clip(np.asarray(channels[f"{view_layer}.{ALPHA}.V"], np.float32), 0.0, 1.0)
     nothing = np.zeros_like(alpha)
-    ground = sum((shares.get(thing.name, nothing) for thing in found.catchers), start=nothing)
+    ground = sum((shares[thing.name] for thing in found.catchers), start=nothing)
     ground = np.clip(ground, 0.0, alpha)
     coverage = alpha - ground
     coverage[coverage < _LEAST_SHARE] = 0.0
-    objects = {thing.name: np.clip(shares.get(thing.name, nothing), 0.0, 1.0) for thing in found.virtual}
+    objects = {thing.name: np.clip(shares[thing.name], 0.0, 1.0) for thing in found.virtual}
     return ObjectCoverage(objects, coverage, ground)
 
 

@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -20,6 +21,8 @@ class SpectralRender:
     the others have their names after an underscore. `seconds_rgb` and `rgb` are None without the RGB twin.
     `light_residual` is the share of the panorama's energy that the light layers do not hold (0 in a wavelength plan).
     `steps_kept` of the `passes` (one file a step) were there from an interrupted render of the same scene.
+    `objects` says which pixels show which of the `virtual` objects; `without` is the same render with the `catchers` alone,
+    where there are any.
     """
 
     xyz: Path
@@ -36,15 +39,22 @@ class SpectralRender:
     device: str
     warnings: tuple[str, ...]
     light_residual: float
+    objects: Path | None = None
+    without: "SpectralRender | None" = None
+    seconds_objects: float = 0.0
+    catchers: tuple[str, ...] = ()
+    virtual: tuple[str, ...] = ()
 
 
 def write_report(result: SpectralRender, scene: bpy.types.Scene, size_px: tuple[int, int]) -> None:
     """Write report.json, last of all files: where it is, the render is complete."""
+    without = result.without
     report = {
         "seconds": {
             "spectral": result.seconds_spectral,
             "rgb": result.seconds_rgb,
             "assembly": result.seconds_assembly,
+            "objects": result.seconds_objects,
         },
         "kind": result.plan.kind,
         "passes": result.plan.passes,
@@ -57,6 +67,9 @@ def write_report(result: SpectralRender, scene: bpy.types.Scene, size_px: tuple[
         "samples": result.samples,
         "resolution": list(size_px),
         "view_layers": list(result.layers),
+        "objects": list(result.virtual),
+        "shadow_catchers": list(result.catchers),
+        "without": None if without is None else _of_the_other(without),
         "frame": scene.frame_current,
         "scene": scene.name,
         "device": result.device,
@@ -65,6 +78,15 @@ def write_report(result: SpectralRender, scene: bpy.types.Scene, size_px: tuple[
     }
     with written_whole(result.xyz.with_name(REPORT_NAME)) as temporary:
         temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+
+
+def _of_the_other(without: SpectralRender) -> dict[str, Any]:
+    """Where the render without the objects is, and what it took."""
+    return {
+        "folder": without.xyz.parent.name,
+        "seconds": {"spectral": without.seconds_spectral, "rgb": without.seconds_rgb},
+        "steps_kept": without.steps_kept,
+    }
 
 
 def device_name(scene: bpy.types.Scene) -> str:

@@ -42,6 +42,8 @@ class ProbeView:
         The ball in the camera's coordinates (3,), in metres.
     outline_px
         Centre x, y and largest radius of the ball's outline in the first photograph, in pixels.
+    shifts_px
+        (E, 2) where the ball lies in each photograph from the first.
     exposures
         (E,) relative exposures used (`model.Exposure.relative`), one for each photograph.
     converted
@@ -62,6 +64,7 @@ class ProbeView:
     ball_centre_m: FloatArray
     ball_radius_m: float
     outline_px: tuple[float, float, float]
+    shifts_px: FloatArray
     exposures: tuple[float, ...]
     converted: bool
     response_log_gain: FloatArray | None
@@ -90,6 +93,7 @@ def probe_view(
         ball_centre_m=view.ball.centre_m,
         ball_radius_m=view.ball.radius_m,
         outline_px=(*view.outline.centre_px, max(view.outline.semi_axes_px)),
+        shifts_px=np.asarray(view.shifts_px, float).reshape(-1, 2),
         exposures=tuple(exposure.relative for exposure in view.bracket.exposures),
         converted=view.converted,
         response_log_gain=None if response is None else response.log_gain,
@@ -109,6 +113,7 @@ def view_table(view: ProbeView, folder: Path) -> dict[str, Any]:
         "ball_centre_m": np.asarray(view.ball_centre_m, float).tolist(),
         "ball_radius_m": view.ball_radius_m,
         "outline_px": list(view.outline_px),
+        "shifts_px": np.asarray(view.shifts_px, float).tolist(),
         "exposures": list(view.exposures),
         "converted": view.converted,
         "response_log_gain": None
@@ -162,6 +167,7 @@ def _view(table: Mapping[str, Any], folder: Path) -> ProbeView:
         ball_centre_m=finite_array(table["ball_centre_m"], (3,)),
         ball_radius_m=float(table["ball_radius_m"]),
         outline_px=(float(centre_x), float(centre_y), float(radius)),
+        shifts_px=finite_array(table["shifts_px"], (len(table["photos"]), 2)),
         exposures=tuple(float(exposure) for exposure in table["exposures"]),
         converted=bool(table["converted"]),
         response_log_gain=None if response is None else finite_array(response, (3, len(response[0]))),

@@ -47,6 +47,8 @@ class AssembledRender:
         three) is that of all wavelengths, in X, Y, Z relative to a perfect white in equal-energy light.
     bands_nm, bands
         (N,) wavelengths that were asked for and (N, H, W) float32 spectral radiance per nm at them.
+    projected
+        (M, H, W) float32 sums over the spectrum that were asked for, such as the channels of a camera.
     swappable
         (H, W) planes by channel name, `fixed.X`, ..., `layer0.pass3`: what `render.swap` needs to exchange a layer's
         spectrum. Empty where nothing is swappable.
@@ -57,6 +59,7 @@ class AssembledRender:
     guide: FloatArray | None = None
     bands_nm: FloatArray = field(default_factory=lambda: np.zeros(0))
     bands: FloatArray | None = None
+    projected: FloatArray | None = None
     swappable: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
@@ -66,6 +69,7 @@ def assemble(
     read: ReadStep,
     *,
     bands_nm: FloatArray | None = None,
+    projection: FloatArray | None = None,
 ) -> AssembledRender:
     """Put the steps of a spectral render together.
 
@@ -79,6 +83,8 @@ def assemble(
         Reads what a step left, of one view layer; called once for each step and again for no step.
     bands_nm
         Wavelengths (N,) of the plan's grid at which spectral radiance is wanted, besides tristimulus values.
+    projection
+        (L, M) weights of the plan's grid by which the spectrum is summed, such as a camera's sensitivities times the step.
 
     Raises
     ------
@@ -97,7 +103,8 @@ def assemble(
     [[[1.0]]]
     """
     wanted_nm = np.zeros(0) if bands_nm is None else np.asarray(bands_nm, float)
-    rows = _rows(plan.grid_nm, wanted_nm)
+    sums = np.zeros((len(plan.grid_nm), 0)) if projection is None else np.asarray(projection, float)
+    rows = np.concatenate([_rows(plan.grid_nm, wanted_nm), sums.T])
     layers = _swappable_channels(plan)
     total: FloatArray | None = None
     moved: FloatArray | None = None
@@ -128,7 +135,8 @@ def assemble(
         alpha=coverage.alpha,
         guide=colours.of(first.guide),
         bands_nm=wanted_nm,
-        bands=total[3:] if len(wanted_nm) else None,
+        bands=total[3 : 3 + len(wanted_nm)] if len(wanted_nm) else None,
+        projected=None if projection is None else total[3 + len(wanted_nm) :],
         swappable=swappable,
     )
 

@@ -4,13 +4,15 @@ import bpy
 import numpy as np
 import pytest
 
+NAME = 'Bäll "1\\2"'
+
 
 @pytest.fixture
 def furnished(scene, ball):
     """A ball in front of a wall that is a catcher, cubes that only instances show, and a holdout."""
     scene.render.resolution_x = scene.render.resolution_y = 32
     ball()
-    bpy.context.object.name = "Ball"
+    bpy.context.object.name = NAME
     add("Wall", (0.0, 6.0, -3.5), 3.0).is_shadow_catcher = True
     cube = add("Cube", (0.0, 0.0, 0.0), 0.25)
     shown = bpy.data.collections.new("Shown")
@@ -33,7 +35,7 @@ def add(name, location, half):
 
 def test_shares_add_up_and_edges_are_shared(furnished, extension):
     found = extension("operators.bridge.object_coverage").object_coverage(furnished, 64)
-    assert found.objects.keys() == {"Ball", "Cube"}
+    assert found.objects.keys() == {NAME, "Cube"}
     np.testing.assert_allclose(sum(found.objects.values()), found.coverage, atol=1e-5)
     assert found.coverage[16, 16] == 1.0
     assert found.ground[20, 16] == 0.0  # behind the ball
@@ -54,7 +56,7 @@ def test_the_disc_has_the_area_that_geometry_says(furnished, extension):
     camera = furnished.camera.data
     focal_px = camera.lens / camera.sensor_width * 32
     radius_px = focal_px * np.tan(np.arcsin(0.2))
-    assert found.objects["Ball"].sum() == pytest.approx(np.pi * radius_px**2, rel=0.01)
+    assert found.objects[NAME].sum() == pytest.approx(np.pi * radius_px**2, rel=0.01)
 
 
 def test_what_instances_a_catcher_decides_too(furnished, extension):
@@ -62,7 +64,7 @@ def test_what_instances_a_catcher_decides_too(furnished, extension):
     names = [
         {thing.name for thing in kind} for kind in (surfaces(furnished).catchers, surfaces(furnished).virtual)
     ]
-    assert names == [{"Wall"}, {"Ball", "Cube"}]
+    assert names == [{"Wall"}, {NAME, "Cube"}]
     furnished.objects["Left"].is_shadow_catcher = True
     assert "Cube" in {thing.name for thing in surfaces(furnished).virtual}  # the right one is not
     furnished.objects["Right"].is_shadow_catcher = True
@@ -77,6 +79,6 @@ def test_doubtful_scenes_are_told(furnished, extension):
     assert found.catchers == ()
     assert any('"Wall" is hidden' in text for text in found.warnings)
     furnished.objects["Wall"].hide_render = False
-    for name in ("Ball", "Left", "Right"):
+    for name in (NAME, "Left", "Right"):
         furnished.objects[name].is_shadow_catcher = True
     assert any("nothing virtual" in text for text in surfaces(furnished).warnings)

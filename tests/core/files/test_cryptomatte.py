@@ -1,15 +1,13 @@
 """Shares of objects from cryptomatte channels."""
 
-import json
-
 import numpy as np
 import pytest
 
 from spectral_probe.errors import FileFormatError
-from spectral_probe.files.cryptomatte import read_cryptomatte
+from spectral_probe.files.cryptomatte import number_of, read_cryptomatte
 from spectral_probe.files.image_exr import write_channels
 
-NUMBERS = {"Ball ü": 0xB9C93DA0, "Ground": 0x24950135, "Behind": 0x7F000001}
+NUMBERS = {name: number_of(name) for name in ("Ball ü", "Ground", "Behind")}
 
 
 @pytest.fixture
@@ -34,14 +32,14 @@ def written(tmp_path):
         "0.CryptoObject01.a": plane(0.0, 0.0, 0.0, 0.0),
         "1.Alpha.V": plane(0.0, 0.0, 0.0, 0.0),
     }
-    manifest = json.dumps({name: f"{number:08x}" for name, number in NUMBERS.items()})
-    write_channels(tmp_path / "m.exr", channels, {"cryptomatte/1234567/manifest": manifest})
+    write_channels(tmp_path / "m.exr", channels)
     return tmp_path / "m.exr"
 
 
 def test_shares_by_name(written):
-    found = read_cryptomatte(written, "0.")
-    assert found.keys() == NUMBERS.keys()
+    found = read_cryptomatte(written, [*NUMBERS, "Never seen"], "0.")
+    assert found.keys() == {*NUMBERS, "Never seen"}
+    assert not found["Never seen"].any()
     np.testing.assert_array_equal(found["Ball ü"], [[0.5, 0.0], [0.0, 0.25]])
     np.testing.assert_array_equal(found["Ground"], [[0.25, 1.0], [0.0, 0.0]])
     np.testing.assert_array_equal(found["Behind"], [[0.125, 0.0], [0.0, 0.0]])
@@ -49,7 +47,19 @@ def test_shares_by_name(written):
 
 def test_a_file_without_mattes_is_refused(written, tmp_path):
     with pytest.raises(FileFormatError, match="which pixels show which object"):
-        read_cryptomatte(written, "1.")
+        read_cryptomatte(written, NUMBERS, "1.")
     write_channels(tmp_path / "plain.exr", {"R": np.zeros((2, 2), np.float32)})
     with pytest.raises(FileFormatError, match="which pixels show which object"):
-        read_cryptomatte(tmp_path / "plain.exr")
+        read_cryptomatte(tmp_path / "plain.exr", NUMBERS)
+
+
+def test_no_names_have_no_shares(written):
+    assert read_cryptomatte(written, [], "0.") == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "number"), [("", 0x00800000), ("a", 0x3C2569B2), ("hello, world", 0x149BBB7F)]
+)
+def test_numbers_are_murmur_hashes(name, number):
+    """Known values of MurmurHash3 (seed 0); that of nothing is 0, which as a float would be none."""
+    assert number_of(name) == number

@@ -1,0 +1,55 @@
+"""backplate.json of a render: the camera of its scene, so that a composite knows in which direction each pixel looks."""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...spectral_probe.composite.backplate_file import save_backplate
+from ...spectral_probe.composite_model import BACKPLATE_NAME, Backplate
+from ...spectral_probe.model import Camera
+
+
+def write_camera(scene: bpy.types.Scene, size_px: tuple[int, int], directory: Path) -> None:
+    """Write the scene's camera into the folder of its render of that size; nothing where it is no perspective one."""
+    found = camera_backplate(scene, size_px)
+    if found is not None:
+        save_backplate(directory / BACKPLATE_NAME, found)
+
+
+def camera_backplate(scene: bpy.types.Scene, size_px: tuple[int, int]) -> Backplate | None:
+    """The scene's camera as the camera of a backplate without a photograph; None where it is no perspective one.
+
+    Parameters
+    ----------
+    scene
+        The scene, at the frame that was rendered.
+    size_px
+        Width and height of the render, which may be a part of the frame only.
+    """
+    render, camera = scene.render, scene.camera
+    if camera.type != "CAMERA" or camera.data.type != "PERSP":
+        return None
+    corners = np.array(camera.data.view_frame(scene=scene))
+    (left, bottom, _), (right, top, _) = corners.min(0), corners.max(0)
+    depth = -corners[0, 2]
+    share = render.resolution_percentage / 100
+    width, height = int(render.resolution_x * share), int(render.resolution_y * share)
+    per_unit = width / (right - left), height / (top - bottom)
+    principal = np.array([-left * per_unit[0], top * per_unit[1]])
+    if size_px != (width, height):  # cropped to the border
+        principal -= int(render.border_min_x * width), height - int(render.border_max_y * height)
+    rotation = np.array(camera.matrix_world.to_quaternion().to_matrix()) @ np.diag([1.0, -1.0, -1.0])
+    return Backplate(
+        camera=Camera(
+            (float(per_unit[0] * depth), float(per_unit[1] * depth)),
+            (float(principal[0]), float(principal[1])),
+            size_px,
+            source="Blender",
+        ),
+        rotation=rotation,
+        position_m=np.array(camera.matrix_world.translation),
+        photo=Path(),
+        photo_size_px=size_px,
+        frame_px=(0.0, 0.0, *size_px),
+    )
