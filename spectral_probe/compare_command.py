@@ -143,6 +143,22 @@ def draw_comparison(directory: Path, content: SheetContent) -> Job[None]:
             save_figure(figure, directory / f"{name}{suffix}")
 
 
+def write_wipe(directory: Path, split: float) -> Path:
+    """Write wipe.png of a comparison's folder anew, divided at a share of the width; returns its path.
+
+    Raises
+    ------
+    FileFormatError
+        If the folder has no comparison.
+    """
+    from .figures.display import read_png, write_png
+    from .figures.pair import wipe_picture
+
+    left, right = (read_png(directory / f"{name}.png") for name in ("spectral", "rgb"))
+    write_png(directory / "wipe.png", wipe_picture(left, right, split), quick=True)
+    return directory / "wipe.png"
+
+
 def object_masks(directory: Path, size: tuple[int, ...]) -> tuple[dict[str, BoolArray], list[str]]:
     """Masks (H, W) of the objects in a render's folder by name, and sentences on why there are none.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import FileFormatError
 from ..files.atomic import written_whole
 from ..model import BoolArray, FloatArray
 from ..spectra.colorimetry import xyz_to_rec709
@@ -109,6 +110,25 @@ def write_png(path: Path, picture: Picture, *, quick: bool = False) -> None:
         Image.fromarray(np.ascontiguousarray(picture), "RGB").save(
             temporary, format="PNG", optimize=not quick, compress_level=2
         )
+
+
+def read_png(path: Path) -> Picture:
+    """Read what `write_png` wrote, (H, W, 3).
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such picture.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(path) as image:
+            return np.asarray(image.convert("RGB"))
+    except (OSError, UnidentifiedImageError):
+        raise FileFormatError(
+            f"There is no picture {path}, or it cannot be read. Compare the renders again."
+        ) from None
 
 
 def _into_gamut(rgb: FloatArray, luminance: FloatArray) -> FloatArray:
