@@ -83,7 +83,7 @@ def compare(
     if spectral.shape != rgb.shape:
         raise FileFormatError(
             f"{spectral_path.name} is {spectral.shape[1]} x {spectral.shape[0]} pixels, {rgb_path.name} is "
-            f"{rgb.shape[1]} x {rgb.shape[0]}. Compare renders of one size."
+            f"{rgb.shape[1]} x {rgb.shape[0]} pixels. Compare renders of one size."
         )
     check_folder(directory)
     light, adapted_white = _light(settings, spectral_path.parent)
@@ -188,8 +188,8 @@ def _light(settings: CompareSettings, directory: Path) -> tuple[NamedLight, Any]
 def _not_finite(comparison: Comparison, names: tuple[str, str]) -> list[str]:
     """A sentence for each image with pixels that are not numbers."""
     return [
-        f"{count} pixel{'s' if count > 1 else ''} of {name} {'are' if count > 1 else 'is'} not a number and left out: "
-        "hatched in the map."
+        f"{count} pixel{'s' if count > 1 else ''} of {name} {'are not numbers' if count > 1 else 'is not a number'} and left "
+        "out: hatched in the map."
         for name, count in zip(names, comparison.not_finite, strict=True)
         if count
     ]
