@@ -29,7 +29,7 @@ def run(argv: list[str]) -> int:
     from ..spectral_probe.cli import main
 
     try:
-        return main(argv, {"render": render, "demo": demo})
+        return main(argv, {"render": render, "demo": demo, "backplate": backplate})
     except SystemExit as stop:  # argparse, after --help or a word it does not know
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
 
@@ -129,6 +129,14 @@ def demo(arguments: argparse.Namespace) -> Job[Numbers]:
 
     with blender_silenced():
         return (yield from demo_job(arguments.output.resolve()))
+
+
+def backplate(arguments: argparse.Namespace) -> Job[Numbers]:
+    """A photograph as the background of a scene."""
+    from .command_backplate import backplate as backplate_job
+
+    with blender_silenced():
+        return (yield from backplate_job(arguments))
 
 
 def register() -> None:

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import cli_compare, cli_composite, cli_filter, cli_render, cli_spectrum, cli_swap
+from . import cli_backplate, cli_compare, cli_composite, cli_filter, cli_render, cli_spectrum, cli_swap
 from .cli_render import whole_number
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
@@ -30,7 +30,7 @@ BAD_INPUT = 2
 STOPPED = 130
 _BAR_WIDTH = 28
 _LINE_EVERY_S = 10.0
-_BLENDER_VERBS = ("demo", "render")
+_BLENDER_VERBS = ("backplate", "demo", "render")
 
 
 def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | None = None) -> int:
@@ -146,6 +146,8 @@ def _parser() -> argparse.ArgumentParser:
 
     cli_spectrum.add_words(verb("spectrum", cli_spectrum.TEXT, cli_spectrum.EXAMPLE))
     cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
+
+    cli_backplate.add_words(verb("backplate", cli_backplate.TEXT, cli_backplate.EXAMPLE))
 
     render = verb("render", cli_render.TEXT, cli_render.EXAMPLE)
     cli_render.add_words(render)

@@ -69,8 +69,8 @@ def irradiance(panorama: SpectralPanorama, normal: FloatArray = UPWARD) -> Float
     Light of one all around gives pi:
 
     >>> flat = SpectralPanorama(
-    ...     np.ones((32, 64, 1), np.float32), np.ones((1, 1, 61)), np.zeros((32, 64), np.uint8), np.arange(400.0, 701, 5),
-    ...     np.ones((32, 64), bool), np.ones((32, 64)),
+    ...     np.ones((64, 128, 1), np.float32), np.ones((1, 1, 61)), np.zeros((64, 128), np.uint8), np.arange(400.0, 701, 5),
+    ...     np.ones((64, 128), bool), np.ones((64, 128)),
     ... )
     >>> [round(float(irradiance(flat, np.array(n))[0]), 2) for n in ((0.0, 0.0, 1.0), (3.0, 1.0, -2.0))]
     [3.14, 3.14]

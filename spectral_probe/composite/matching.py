@@ -70,13 +70,14 @@ class MatchSettings:
 class PlateMatch:
     """A matched plate.
 
-    `backplate` is the result, `photograph` the plate as read. `alignment` is None where none was made; `gain` (3,) is how much
-    brighter the plate is than the photographs of the ball apart from exposure, as measured, None where it was not. `remarks` are
-    sentences for the user.
+    `backplate` is the result, `photograph` the plate as read, `beside` the photograph of the ball that it was compared with (None
+    where that is gone). `alignment` is None where none was made; `gain` (3,) is how much brighter the plate is than the
+    photographs of the ball apart from exposure, as measured, None where it was not. `remarks` are sentences for the user.
     """
 
     backplate: Backplate
     photograph: Photograph
+    beside: Photograph | None
     alignment: PlateAlignment | None
     gain: FloatArray | None
     remarks: tuple[str, ...]
@@ -147,7 +148,7 @@ def match_plate(probe: Path, plate: Path, settings: MatchSettings) -> Job[PlateM
         camera_model=REC709 if photograph.display_referred else view.camera_model,
         sensitivities=None if photograph.display_referred else view.sensitivities,
     )
-    return PlateMatch(backplate, photograph, alignment, None if gain is None else gain[0], remarks)
+    return PlateMatch(backplate, photograph, beside, alignment, None if gain is None else gain[0], remarks)
 
 
 # ---------------------------------------------------------------- what must fit
