@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import cli_backplate, cli_compare, cli_filter, cli_render, cli_spectrum, cli_swap
+from . import cli_backplate, cli_compare, cli_composite, cli_filter, cli_render, cli_spectrum, cli_swap
 from .cli_render import whole_number
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
@@ -58,6 +58,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         "spectrum": cli_spectrum.run,
         "filter": cli_filter.run,
         "swap": cli_swap.run,
+        "composite": cli_composite.run,
         "compare": cli_compare.run,
         "library": library,
         **(blender_verbs or {}),
@@ -153,6 +154,10 @@ def _parser() -> argparse.ArgumentParser:
     _folder(render)
 
     cli_swap.add_words(verb("swap", cli_swap.TEXT, cli_swap.EXAMPLE))
+
+    composite = verb("composite", cli_composite.TEXT, cli_composite.EXAMPLE)
+    cli_composite.add_words(composite)
+    _folder(composite)
 
     compare = verb("compare", cli_compare.TEXT, cli_compare.EXAMPLE)
     cli_compare.add_words(compare)

@@ -73,10 +73,13 @@ def write_twin(folder: PassFolder, level: float, settings: OutputSettings, direc
         write_rgb_twin(directory / f"rgb{suffix}.exr", rgb, image.alpha, settings, space)
 
 
-def write_objects_of(folder: PassFolder, step: str, found: Surfaces, directory: Path) -> None:
-    """Write objects.exr of every view layer: which pixels show which object."""
+def write_objects_of(
+    folder: PassFolder, steps: Sequence[RenderStep], found: Surfaces, directory: Path
+) -> None:
+    """Write objects.exr of every view layer, which pixels show which object, by the steps that know."""
+    files = [(folder.path(step.name), step.samples) for step in steps]
     for number, suffix in enumerate(layer_suffixes(folder.view_layers)):
-        coverage = coverage_in(folder.path(step), number, found)
+        coverage = coverage_in(files, number, found)
         write_objects(directory / f"{Path(OBJECTS_NAME).stem}{suffix}.exr", coverage)
 
 

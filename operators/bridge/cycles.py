@@ -19,7 +19,7 @@ from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import Job, SpectralPanorama
 from ...spectral_probe.render.outputs import OutputSettings
 from ...spectral_probe.render.pace import Pace, step_message
-from ...spectral_probe.render.pass_folder import read_pass, render_steps, sequence_samples
+from ...spectral_probe.render.pass_folder import matte_steps, read_pass, render_steps, sequence_samples
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
 from ...spectral_probe.render_model import WORLD, PassPlan, RenderStep
 from .assembling import TWIN_STEP, write_objects_of, write_pictures, write_twin
@@ -28,9 +28,8 @@ from .catchers import Surfaces, as_ordinary_surfaces, surfaces
 from .light import LayerLight, WavelengthLight, light_level, panorama_rec709, shown
 from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
 from .missing_files import check_textures
-from .object_coverage import render_coverage
 from .own_world import OwnWorld, own_world_light
-from .parts import OBJECTS_STEP, Part, parts_of
+from .parts import Part, parts_of
 from .pass_output import RenderTo, pass_output
 from .pass_settings import PassSettings, pass_settings
 from .planning import DEFAULT_MAX_DE2000, Passes, Planner, PlanRequest
@@ -254,14 +253,6 @@ def _render_steps(
             for part in task.parts:
                 with part.shown():
                     yield from _render_part(task, plan, part, steps, materials, show)
-    folder = task.parts[0].folder
-    if not folder.holds(OBJECTS_STEP):
-        yield task.pace.progress("Which pixels show which object")
-        start = time.perf_counter()
-        count = sequence_samples(plan, task.samples, steps[0])
-        task.settings.set_samples(count, 0, count)
-        render_coverage(task.scene, task.render_to, folder.path(OBJECTS_STEP))
-        folder.record(OBJECTS_STEP, time.perf_counter() - start, count)
 
 
 def _render_part(
@@ -284,7 +275,9 @@ def _render_part(
         materials.shine(first_set)
         materials.set_wavelengths(plan.wavelengths_nm[step.pass_number])
         task.settings.set_samples(sequence_samples(plan, task.samples, step), step.first_sample, step.samples)
-        task.render_to(part.folder.path(step.name), groups if first_set else [WORLD], step.guide)
+        mattes = part is task.parts[0] and step in matte_steps(plan, steps)
+        wanted = groups if first_set else [WORLD]
+        task.render_to(part.folder.path(step.name), wanted, step.guide, mattes=mattes)
         seconds = time.perf_counter() - start
         part.folder.record(step.name, seconds, step.samples)
         task.pace.add(step.samples, seconds)
@@ -340,7 +333,7 @@ def _written(
         write_pictures(task.scene, part.folder, plan, steps, finished, part.directory)
         height, width = read_pass(part.folder.path(steps[0].name)).groups[WORLD].shape[:2]
         if whole:
-            write_objects_of(part.folder, OBJECTS_STEP, task.surfaces, part.directory)
+            write_objects_of(part.folder, matte_steps(plan, steps), task.surfaces, part.directory)
             write_backplate(task.scene, (width, height), part.directory)
         result = _result(task, part, plan, light, rgb_twin, time.perf_counter() - start)
         if whole:
@@ -348,11 +341,10 @@ def _written(
                 result,
                 objects=part.directory / OBJECTS_NAME,
                 without=alone,
-                seconds_objects=part.folder.finished[OBJECTS_STEP].seconds,
                 catchers=tuple(thing.name for thing in task.surfaces.catchers),
                 virtual=tuple(thing.name for thing in task.surfaces.virtual),
             )
-        write_report(result, task.scene, (width, height))
+        write_report(result, task.scene, (width, height), task.probe)
         alone = result
     return result
 

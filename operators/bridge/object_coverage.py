@@ -1,25 +1,31 @@
-"""Which pixels of a render show which object: Cycles' cryptomatte of one extra render that follows no light.
+"""Which pixels of a render show which object, by Cycles' cryptomatte.
 
-It takes the samples of the render itself, through the same pixel filter, lens and shutter: what it says of a pixel at an edge
-is what the render's premultiplied colours there are made of.
+It is kept with the passes themselves, whose samples it has: what it says of a pixel at an edge is what the premultiplied colours
+there are made of, through the same pixel filter, lens and shutter.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import bpy
 import numpy as np
 
 from ...spectral_probe.composite_model import ObjectCoverage
-from ...spectral_probe.files.cryptomatte import read_cryptomatte
+from ...spectral_probe.files.cryptomatte import object_shares
 from ...spectral_probe.files.image_exr import read_channels
 from ...spectral_probe.render.pass_folder import ALPHA
 from .catchers import Surfaces, as_ordinary_surfaces, surfaces
-from .pass_output import RenderTo, pass_output
+from .pass_output import pass_output
 from .pass_settings import pass_settings
 from .restore import changed
+
+type Array = np.ndarray[Any, Any]
+
+_ALL = ""
+"""Key, no object's name, of all that a pixel shows."""
 
 _LEAST_SHARE = 1e-6
 """Share of a pixel that rounding may leave of nothing."""
@@ -43,23 +49,18 @@ def object_coverage(scene: bpy.types.Scene, samples: int | None = None) -> Objec
         path = Path(stack.enter_context(TemporaryDirectory())) / "objects.exr"
         count = samples or scene.cycles.samples
         settings.set_samples(count, 0, count)
-        render_coverage(scene, render_to, path)
-        return coverage_in(path, 0, found)
-
-
-def render_coverage(scene: bpy.types.Scene, render_to: RenderTo, path: Path) -> None:
-    """Render which pixels show which object, of all view layers, with the samples that are set."""
-    with _without_light(scene):
+        stack.enter_context(_without_light(scene))
         render_to(path, [], False, mattes=True)
+        return coverage_in([(path, count)], 0, found)
 
 
-def coverage_in(path: Path, view_layer: int, found: Surfaces) -> ObjectCoverage:
-    """What a file of `render_coverage` says of a view layer.
+def coverage_in(files: Sequence[tuple[Path, int]], view_layer: int, found: Surfaces) -> ObjectCoverage:
+    """What renders with cryptomattes say of a view layer.
 
     Parameters
     ----------
-    path
-        The file.
+    files
+        The renders, each with its number of samples.
     view_layer
         The view layer's number among those rendered.
     found
@@ -68,19 +69,28 @@ def coverage_in(path: Path, view_layer: int, found: Surfaces) -> ObjectCoverage:
     Returns
     -------
     ObjectCoverage
-        `coverage` is all that hides the background but the ground: smoke too, which no cryptomatte shows, and what is behind it
-        counts as much as it is seen.
+        With a transparent film, `coverage` is all that hides the background but the ground: smoke too, which no cryptomatte
+        shows, and what is behind it counts as much as it is seen.
     """
     names = [thing.name for thing in (*found.catchers, *found.virtual)]
-    shares = read_cryptomatte(path, names, f"{view_layer}.")
-    channels, _ = read_channels(path)
-    alpha = np.clip(np.asarray(channels[f"{view_layer}.{ALPHA}.V"], np.float32), 0.0, 1.0)
-    nothing = np.zeros_like(alpha)
-    ground = sum((shares[thing.name] for thing in found.catchers), start=nothing)
+    planes: dict[str, Array] = {}
+    total = sum(samples for _, samples in files)
+    for path, samples in files:
+        channels, _ = read_channels(path)
+        held = object_shares(channels, names, f"{view_layer}.")
+        hides = channels.get(f"{view_layer}.{ALPHA}.V")
+        if hides is None:
+            nothing = np.zeros(next(iter(channels.values())).shape, np.float32)
+            hides = sum(held.values(), start=nothing)
+        for name, plane in {**held, _ALL: hides}.items():
+            part = np.float32(samples / total) * np.asarray(plane, np.float32)
+            planes[name] = planes[name] + part if name in planes else part
+    alpha = np.clip(planes[_ALL], 0.0, 1.0)
+    ground = sum((planes[thing.name] for thing in found.catchers), start=np.zeros_like(alpha))
     ground = np.clip(ground, 0.0, alpha)
     coverage = alpha - ground
     coverage[coverage < _LEAST_SHARE] = 0.0
-    objects = {thing.name: np.clip(shares[thing.name], 0.0, 1.0) for thing in found.virtual}
+    objects = {thing.name: np.clip(planes[thing.name], 0.0, 1.0) for thing in found.virtual}
     return ObjectCoverage(objects, coverage, ground)
 
 

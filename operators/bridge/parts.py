@@ -17,9 +17,6 @@ from .assembling import remove_pictures
 from .catchers import Surfaces, without_virtual
 from .resuming import PLAN_NAME, OnChange, folder_of_steps
 
-OBJECTS_STEP = "objects"
-"""The step that says which pixels show what, of the part with the objects."""
-
 
 @dataclass(frozen=True)
 class Part:

@@ -28,8 +28,8 @@ _GUIDES = {
 }
 """Outputs of a Render Layers node by which edges are told from noise: kind of the item in the file, and its name there."""
 
-_DEPTH = 16
-"""Objects that cryptomatte tells apart in one pixel: as many as Cycles can."""
+_DEPTH = 6
+"""Objects that cryptomatte tells apart in one pixel, as by Blender's default; two make a level of four numbers in the file."""
 
 _MATTES = {
     f"{OBJECT_LEVEL}{level:02d}": ("RGBA", f"{OBJECT_LEVEL}{level:02d}") for level in range(_DEPTH // 2)

@@ -77,7 +77,9 @@ def read_xyz(render_dir: Path) -> tuple[FloatArray, FloatArray | None]:
     """
     path = Path(render_dir) / "xyz.exr"
     if not path.is_file():
-        raise RenderError(f"{render_dir} holds no finished spectral render (xyz.exr). Render the scene first.")
+        raise RenderError(
+            f"{render_dir} holds no finished spectral render (xyz.exr). Render the scene first."
+        )
     channels, _ = read_channels(path)
     if any(axis not in channels for axis in "XYZ"):
         raise RenderError(f"{path} does not hold X, Y, Z. Render the scene again.")
@@ -158,7 +160,7 @@ def _projected(render_dir: Path, projection: FloatArray, swaps: Mapping[str, Swa
     missing = [step.name for step in steps if not folder.path(step.name).is_file()]
     if missing:
         raise RenderError(
-            f"{len(missing)} of {len(steps)} passes of {render_dir} are missing ({missing[0]}). Render again: it goes on where it was."
+            f"{len(missing)} of {len(steps)} passes of {render_dir} are missing ({missing[0]}). Render again."
         )
     found = assemble(plan, steps, lambda step: read_pass(folder.path(step.name)), projection=projection)
     if found.projected is None:

@@ -9,14 +9,12 @@ quotation marks so that they cannot be read.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..errors import FileFormatError
 from ..model import FloatArray
-from .image_exr import read_channels
 
 OBJECT_LEVEL = "CryptoObject"
 """How the names of Cycles' cryptomatte passes of objects begin; two digits follow."""
@@ -25,13 +23,15 @@ _WORD = 0xFFFFFFFF
 _PAIRS = (("r", "g"), ("b", "a"))
 
 
-def read_cryptomatte(path: Path, names: Iterable[str], prefix: str = "") -> dict[str, FloatArray]:
-    """Shares (H, W) float32 of objects by name, of a multilayer OpenEXR.
+def object_shares(
+    channels: Mapping[str, Any], names: Iterable[str], prefix: str = ""
+) -> dict[str, FloatArray]:
+    """Shares (H, W) float32 of objects by name.
 
     Parameters
     ----------
-    path
-        The file.
+    channels
+        (H, W) channels by name, as `image_exr.read_channels` reads them.
     names
         The objects' names.
     prefix
@@ -40,15 +40,12 @@ def read_cryptomatte(path: Path, names: Iterable[str], prefix: str = "") -> dict
     Raises
     ------
     FileFormatError
-        If the file is missing, or holds no cryptomatte.
+        If there is no cryptomatte among the channels.
     """
-    channels, _ = read_channels(path)
     start = f"{prefix}{OBJECT_LEVEL}"
     levels = sorted({name.rpartition(".")[0] for name in channels if name.startswith(start)})
     if not levels:
-        raise FileFormatError(
-            f"{Path(path).name} does not say which pixels show which object. Render it again."
-        )
+        raise FileFormatError("The render does not say which pixels show which object. Render it again.")
     wanted = list(dict.fromkeys(names))
     found = shares(channels, levels, np.array([number_of(name) for name in wanted], np.uint32))
     return dict(zip(wanted, found, strict=True))

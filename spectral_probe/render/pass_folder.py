@@ -7,7 +7,8 @@ and rendered again.
 
 Channels of a step's file, for the n-th view layer: ``n.GROUP.R``, ``.G``, ``.B`` for every light group, ``n.alpha.V`` with a
 transparent film, and where they were asked for the features ``n.guide albedo.R`` ..., ``n.guide normal.X`` ...,
-``n.guide index.V``.
+``n.guide index.V``; and which pixels show which object, as cryptomatte (`files.cryptomatte`), in the steps that
+`matte_steps` names.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ _GUIDE_CHANNELS = (
     f"{GUIDE_INDEX}.V",
 )
 
-_FORMAT = "spectral-probe-passes-1"
+_FORMAT = "spectral-probe-passes-2"
 
 
 # ---------------------------------------------------------------- steps
@@ -136,6 +137,20 @@ def sequence_samples(plan: PassPlan, samples: int, step: RenderStep) -> int:
     """Samples of the sequence that a step is part of: those of its reference, or of all passes that share one."""
     counts = pass_samples(plan, samples)
     return sum(counts) if plan.consecutive else counts[plan.references[step.pass_number]]
+
+
+def matte_steps(plan: PassPlan, steps: Sequence[RenderStep]) -> tuple[RenderStep, ...]:
+    """Steps whose samples together are a whole sequence: that of the first pass, or that which all passes share.
+
+    What they show of objects' edges is what every full pass shows.
+
+    Examples
+    --------
+    >>> from spectral_probe.render.plan import reference_plan
+    >>> [step.name for step in matte_steps(reference_plan(), render_steps(reference_plan(), 64))]
+    ['pass_00']
+    """
+    return tuple(step for step in steps if plan.consecutive or step.pass_number == steps[0].pass_number)
 
 
 # ---------------------------------------------------------------- files

@@ -17,6 +17,17 @@ VOLATILE = {
     "is_updated",
 }
 
+FLAGS = (
+    "lightgroup",
+    "is_shadow_catcher",
+    "hide_render",
+    *(
+        f"visible_{ray}"
+        for ray in ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
+    ),
+)
+"""Of objects: what puts them into a render's parts and light groups."""
+
 
 def dump(owner, depth=0, seen=None):
     """All readable RNA properties of a structure, recursively; datablocks by type, name and address."""
@@ -64,7 +75,7 @@ def everything(scene):
         "materials": materials,
         "groups": [dump(g) for g in bpy.data.node_groups],
         "lamps": [dump(lamp) for lamp in bpy.data.lights],
-        "light groups": [thing.lightgroup for thing in scene.objects],
+        "flags": [[getattr(thing, name) for name in FLAGS] for thing in scene.objects],
         "objects": objects,
         "data": data,
         "datablocks": sorted(
@@ -112,6 +123,8 @@ def furnished(scene, ball):
     shared.material_slots[0].link = "OBJECT"
     shared.material_slots[0].material = metal
     second.data.materials.append(None)
+    second.is_shadow_catcher, second.visible_glossy = True, False
+    first.visible_shadow = False
 
     group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
     group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
@@ -155,6 +168,8 @@ def test_the_comparison_would_see_a_change(furnished):
         lambda: furnished.view_layers[0].lightgroups.remove(furnished.view_layers[0].lightgroups["Own"]),
         lambda: setattr(bpy.data.lights["Lamp"], "temperature", 2000.0),
         lambda: setattr(furnished, "world", None),
+        lambda: setattr(furnished.objects["Shared mesh"], "visible_camera", False),
+        lambda: setattr(furnished.render, "film_transparent", True),
     ]
     before = everything(furnished)
     for change in changes:
@@ -187,7 +202,7 @@ def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, tmp_path
     assert differences(before, everything(furnished)) == []
 
 
-@pytest.mark.parametrize("steps", [1, 2, 3])
+@pytest.mark.parametrize("steps", [1, 3, 6])  # the last in the part without the objects
 def test_after_closing_early(furnished, bridge, uniform_light, tmp_path, steps):
     before = everything(furnished)
     job = bridge.spectral_render(furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=3)

@@ -204,6 +204,7 @@ def test_lamps_and_emission_light_both_alike(scene, render, extension, uniform_l
     assert written["warnings"] == list(result.warnings)
     assert written["seconds"]["spectral"] > 0
     assert written["seconds"]["rgb"] > 0
+    np.testing.assert_allclose(written["mean_light"], RAMP * 1e-3)
 
 
 def test_transparent_film_keeps_alpha(scene, render, extension, uniform_light, ball):
@@ -220,13 +221,13 @@ def test_transparent_film_keeps_alpha(scene, render, extension, uniform_light, b
 def test_folders_with_signs_that_blender_reads_as_templates(render, uniform_light):
     result = render(uniform_light(RAMP), folder="a {scene} # folder")
     assert result.image.is_file()
-    assert len(list((result.image.parent / "passes").glob("pass_*.exr"))) == 3
+    assert len(list((result.image.parent / "passes").glob("*.exr"))) == 3
 
 
 def test_a_second_render_leaves_no_pass_of_the_first(render, uniform_light):
     render(uniform_light(RAMP), passes=5)
     result = render(uniform_light(RAMP), passes=3)
-    assert sorted((result.image.parent / "passes").glob("pass_*.exr")) == list(result.passes)
+    assert sorted((result.image.parent / "passes").glob("*.exr")) == list(result.passes)
 
 
 def test_a_plan_is_kept_and_can_be_given(render, xyz_of, extension, uniform_light):

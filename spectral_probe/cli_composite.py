@@ -1,0 +1,70 @@
+"""The words of the verb `composite`."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .model import Job
+
+TEXT = "Put a spectral render into its photograph, with its shadows."
+EXAMPLE = "composite render --plate photo.jpg -o composite"
+
+
+def add_words(parser: argparse.ArgumentParser) -> None:
+    """Give the verb its words, but for the folder to write to."""
+    parser.add_argument("render", type=Path, metavar="RENDER_DIR", help="the folder of a spectral render")
+    parser.add_argument(
+        "--plate",
+        type=Path,
+        required=True,
+        metavar="PHOTO|PROBE.exr",
+        help="the photograph, of the render's size unless the scene has a backplate; or a probe as the background",
+    )
+    plate = parser.add_argument_group("what the backplate does not say, or says wrongly")
+    plate.add_argument(
+        "--response",
+        metavar="srgb|FILE",
+        help="how codes of a converted picture (JPEG) follow the light: the sRGB curve, or one measured, in a backplate.json or "
+        "the report.json of a probe",
+    )
+    plate.add_argument(
+        "--camera",
+        metavar="NAME|FILE",
+        help="the camera that took a raw photograph, or its sensitivities (CSV: nm, r, g, b)",
+    )
+    plate.add_argument("--exposure-s", type=_positive, metavar="S", help="exposure time in seconds")
+    plate.add_argument("--iso", type=_positive, help="ISO speed")
+    plate.add_argument("--f-number", type=_positive, metavar="N", help="f-number")
+    parser.add_argument(
+        "--no-rgb", action="store_true", help="leave out the composite of the ordinary RGB render"
+    )
+
+
+def run(arguments: argparse.Namespace) -> Job[dict[str, Any]]:
+    """The job that the words ask for."""
+    from .composite.composite import CompositeSettings, composite
+    from .composite.plate_photo import PlateSettings
+
+    plate = PlateSettings(
+        response=arguments.response,
+        camera=arguments.camera,
+        exposure_s=arguments.exposure_s,
+        iso=arguments.iso,
+        f_number=arguments.f_number,
+    )
+    settings = CompositeSettings(plate, rgb=not arguments.no_rgb)
+    return composite(arguments.render, arguments.plate, arguments.output, settings)
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f'"{text}" is not a number above 0')
+    return value
