@@ -160,7 +160,7 @@ def test_equal_brightness_is_taken_for_equal(probe: Path, tmp_path: Path, world:
 
 
 def test_an_exposure_that_is_not_stated_is_measured(probe: Path, plate: Path) -> None:
-    found = matched(probe, plate, MatchSettings(align=False))
+    found = matched(probe, plate, MatchSettings())
     product = found.backplate.exposure * found.backplate.gain
     np.testing.assert_allclose(product, 0.02 * np.array([1.1, 1.0, 0.9]), rtol=0.02)
     assert any("no exposure time" in remark for remark in found.remarks)
