@@ -16,7 +16,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import region_properties, swap_properties
+from . import compare_properties, region_properties, swap_properties
 from .backplate_properties import SPECTRAL_PROBE_PG_backplate
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
@@ -349,6 +349,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         precision=1,
         subtype="PIXEL",
     )
+    compare: PointerProperty(type=compare_properties.SPECTRAL_PROBE_PG_compare)
     comparison: PointerProperty(type=SPECTRAL_PROBE_PG_comparison)
     backplate: PointerProperty(type=SPECTRAL_PROBE_PG_backplate)
 
@@ -367,6 +368,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         *region_properties.CLASSES,
         *swap_properties.CLASSES,
         SPECTRAL_PROBE_PG_backplate,
+        *compare_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_light,

@@ -70,6 +70,7 @@ class SPECTRAL_PROBE_PG_comparison(bpy.types.PropertyGroup):
         size=2,
         precision=4,
     )
+    warnings: StringProperty(name="Warnings", description="What the comparison left out, a sentence a line")
 
 
 class SPECTRAL_PROBE_PG_progress(bpy.types.PropertyGroup):

@@ -24,6 +24,7 @@ from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
 from .seed_from_view import SPECTRAL_PROBE_OT_seed_from_view
 from .show_basis import SPECTRAL_PROBE_OT_show_basis
+from .show_comparison import SPECTRAL_PROBE_OT_show_comparison
 from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
 from .show_sensitivities import SPECTRAL_PROBE_OT_show_sensitivities
 from .show_spectrum import SPECTRAL_PROBE_OT_show_spectrum
@@ -64,6 +65,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_use_cycles,
         SPECTRAL_PROBE_OT_swap_light,
         SPECTRAL_PROBE_OT_compare,
+        SPECTRAL_PROBE_OT_show_comparison,
     )
 )
 

@@ -70,7 +70,7 @@ def keep_plan(settings: bpy.types.PropertyGroup, plan: PassPlan) -> None:
 
 
 def keep_comparison(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> None:
-    """Keep the numbers of a comparison (compare.json) over the whole image."""
+    """Keep the numbers of a comparison (compare.json), over the whole image and by object."""
     kept, image = settings.comparison, report["image"]
     differences = image["blurred"] or image["raw"]
     kept.directory = report["written"]
@@ -78,6 +78,13 @@ def keep_comparison(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]
     kept.p95_de2000 = differences["p95"]
     kept.max_de2000 = differences["max"]
     kept.xy_shift = image["xy_shift"]
+    kept.warnings = "\n".join(report["remarks"])
+    settings.compare.objects.clear()
+    for number in report["objects"]:
+        row = settings.compare.objects.add()
+        differences = number["blurred"] or number["raw"]
+        row.name, row.xy_shift = number["name"], number["xy_shift"]
+        row.mean_de2000, row.p95_de2000 = differences["mean"], differences["p95"]
 
 
 def keep_spectrum(settings: bpy.types.PropertyGroup, numbers: Mapping[str, Any]) -> None:

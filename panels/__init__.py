@@ -9,6 +9,7 @@ from .capture import (
     SPECTRAL_PROBE_PT_lamps,
     SPECTRAL_PROBE_PT_photographs,
 )
+from .compare import SPECTRAL_PROBE_PT_compare
 from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
 from .lists import (
@@ -21,7 +22,7 @@ from .main import SPECTRAL_PROBE_PT_main
 from .material import SPECTRAL_PROBE_PT_light, SPECTRAL_PROBE_PT_material
 from .plots import SPECTRAL_PROBE_PT_plots
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
-from .render import SPECTRAL_PROBE_PT_compare, SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
+from .render import SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
 from .swap import SPECTRAL_PROBE_PT_swap, SPECTRAL_PROBE_UL_swappable
 from .torrance_sparrow import SPECTRAL_PROBE_PT_torrance_sparrow
 

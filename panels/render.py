@@ -1,4 +1,4 @@
-"""Stages 5 to 7: objects of measured metal, the spectral render, and its comparison with RGB."""
+"""Stages 5 and 6: objects of measured metal, and the spectral render."""
 
 import bpy
 
@@ -74,22 +74,3 @@ def _draw_render(column: bpy.types.UILayout, render: bpy.types.AnyType) -> None:
     row(column, "Spectral", duration(render.seconds))
     if render.has_rgb:
         row(column, "RGB", duration(render.rgb_seconds))
-
-
-class SPECTRAL_PROBE_PT_compare(InSidebar, bpy.types.Panel):
-    """How far RGB is from spectral."""
-
-    bl_label = "Compare"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        """Draw the button and the numbers."""
-        layout, settings = self.layout, context.scene.spectral_probe
-        comparison = settings.comparison
-        settings_layout(layout).prop(settings, "comparison_blur_px")
-        job_button(layout, context, "spectral_probe.compare", "IMAGE_DATA")
-        if comparison.directory:
-            column = results(layout)
-            row(column, "Mean ΔE 2000", f"{comparison.mean_de2000:.2f}")
-            row(column, "95 % below", f"{comparison.p95_de2000:.2f}")
-            row(column, "Largest", f"{comparison.max_de2000:.2f}")
-            row(column, "xy shift", "{:+.4f}, {:+.4f}".format(*comparison.xy_shift))

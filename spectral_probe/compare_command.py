@@ -83,7 +83,7 @@ def compare(
     if spectral.shape != rgb.shape:
         raise FileFormatError(
             f"{spectral_path.name} is {spectral.shape[1]} x {spectral.shape[0]} pixels, {rgb_path.name} is "
-            f"{rgb.shape[1]} x {rgb.shape[0]}. Compare renders of one size."
+            f"{rgb.shape[1]} x {rgb.shape[0]} pixels. Compare renders of one size."
         )
     check_folder(directory)
     light, adapted_white = _light(settings, spectral_path.parent)
@@ -129,7 +129,7 @@ def draw_comparison(directory: Path, content: SheetContent) -> Job[None]:
     spectral, rgb = shown_pair(comparison, content.xyz_spectral, content.xyz_rgb, content.adapted_white)
     pictures = {"spectral": spectral, "rgb": rgb, "wipe": wipe_picture(spectral, rgb, content.split)}
     for name, picture in pictures.items():
-        write_png(directory / f"{name}.png", picture)
+        write_png(directory / f"{name}.png", picture, quick=True)
     figures: Mapping[str, Callable[[], Figure]] = {
         "delta_e": lambda: delta_e_figure(comparison),
         "chromaticity": lambda: chromaticity_figure(shifts_of(comparison)),
@@ -141,6 +141,22 @@ def draw_comparison(directory: Path, content: SheetContent) -> Job[None]:
         figure = drawn()
         for suffix in _SUFFIXES:
             save_figure(figure, directory / f"{name}{suffix}")
+
+
+def write_wipe(directory: Path, split: float) -> Path:
+    """Write wipe.png of a comparison's folder anew, divided at a share of the width; returns its path.
+
+    Raises
+    ------
+    FileFormatError
+        If the folder has no comparison.
+    """
+    from .figures.display import read_png, write_png
+    from .figures.pair import wipe_picture
+
+    left, right = (read_png(directory / f"{name}.png") for name in ("spectral", "rgb"))
+    write_png(directory / "wipe.png", wipe_picture(left, right, split), quick=True)
+    return directory / "wipe.png"
 
 
 def object_masks(directory: Path, size: tuple[int, ...]) -> tuple[dict[str, BoolArray], list[str]]:
@@ -172,8 +188,8 @@ def _light(settings: CompareSettings, directory: Path) -> tuple[NamedLight, Any]
 def _not_finite(comparison: Comparison, names: tuple[str, str]) -> list[str]:
     """A sentence for each image with pixels that are not numbers."""
     return [
-        f"{count} pixel{'s' if count > 1 else ''} of {name} {'are' if count > 1 else 'is'} not a number and left out: "
-        "hatched in the map."
+        f"{count} pixel{'s' if count > 1 else ''} of {name} {'are not numbers' if count > 1 else 'is not a number'} and left "
+        "out: hatched in the map."
         for name, count in zip(names, comparison.not_finite, strict=True)
         if count
     ]

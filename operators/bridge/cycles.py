@@ -344,7 +344,7 @@ def _written(
                 catchers=tuple(thing.name for thing in task.surfaces.catchers),
                 virtual=tuple(thing.name for thing in task.surfaces.virtual),
             )
-        write_report(result, task.scene, (width, height))
+        write_report(result, task.scene, (width, height), task.probe)
         alone = result
     return result
 

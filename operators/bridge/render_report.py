@@ -8,6 +8,8 @@ from typing import Any
 import bpy
 
 from ...spectral_probe.files.atomic import written_whole
+from ...spectral_probe.light_choice import mean_light
+from ...spectral_probe.model import SpectralPanorama
 from ...spectral_probe.render_model import PassPlan
 
 REPORT_NAME = "report.json"
@@ -45,7 +47,12 @@ class SpectralRender:
     virtual: tuple[str, ...] = ()
 
 
-def write_report(result: SpectralRender, scene: bpy.types.Scene, size_px: tuple[int, int]) -> None:
+def write_report(
+    result: SpectralRender,
+    scene: bpy.types.Scene,
+    size_px: tuple[int, int],
+    probe: SpectralPanorama | None = None,
+) -> None:
     """Write report.json, last of all files: where it is, the render is complete."""
     without = result.without
     report = {
@@ -62,6 +69,7 @@ def write_report(result: SpectralRender, scene: bpy.types.Scene, size_px: tuple[
         "predicted_de2000": result.plan.predicted_de2000,
         "predicted_cost": result.plan.predicted_cost,
         "light_residual": result.light_residual,
+        "mean_light": None if probe is None else mean_light(probe).tolist(),
         "samples": result.samples,
         "resolution": list(size_px),
         "view_layers": list(result.layers),

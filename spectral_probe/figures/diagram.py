@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -43,6 +42,7 @@ _CORNERS = ((0.84, 0.16), (0.16, 0.84), (0.84, 0.84), (0.16, 0.16))
 _NEAR_PT = 10.0
 """A name that stands higher or lower than this beside its point is led to by a line."""
 
+_LINE_STEP_PT = 3.0
 _POINTS_PER_PIXEL = 72.0 / PIXELS_PER_INCH
 _MARK_PT = 4.0  # half the size of a point's mark, with air
 
@@ -99,10 +99,12 @@ class Labels:
         """No name may cover the line through chromaticities (N, 2), or none that finds another place."""
         kept = self.taken if needed else self.lines
         page = self._page(points)
-        for (x0, y0), (x1, y1) in pairwise(page):
-            for share in np.linspace(0, 1, 2 + int(np.hypot(x1 - x0, y1 - y0) / 3)):
-                x, y = x0 + share * (x1 - x0), y0 + share * (y1 - y0)
-                kept.append(Box(x - 1, x + 1, y - 1, y + 1))
+        lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(page, axis=0).T))])
+        at = np.linspace(0.0, lengths[-1], 2 + int(lengths[-1] / _LINE_STEP_PT))
+        for x, y in zip(*(np.interp(at, lengths, column) for column in page.T), strict=True):
+            dot = Box(x - 1, x + 1, y - 1, y + 1)
+            if dot.meets(self._extent()):
+                kept.append(dot)
 
     def keep_axes_free(self, inset: Axes) -> None:
         """No name may cover axes within these."""
@@ -165,6 +167,11 @@ class Labels:
             Box(left, left + width, y + rise - height / 2, y + rise + height / 2)
             for left, (_, rise) in zip(lefts, places, strict=True)
         ]
+
+    def _extent(self) -> Box:
+        """The axes themselves."""
+        left, bottom, right, top = (float(edge) * _POINTS_PER_PIXEL for edge in self.axes.bbox.extents)
+        return Box(left, right, bottom, top)
 
     def _free(self, boxes: Sequence[Box]) -> list[int]:
         """Which of the boxes lie within the axes and cover nothing."""

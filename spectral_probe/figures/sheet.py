@@ -314,7 +314,7 @@ def _notes(content: SheetContent) -> list[str]:
     """What the table's numbers mean, one line each."""
     comparison = content.comparison
     blur = f"both renders blurred by σ = {comparison.blur_px:g} px; " if comparison.blur_px else ""
-    white = f"white is D65 at Y = {comparison.white_xyz[1]:.3g}"
+    white = f"white is D65 at Y = {comparison.white_xyz[1]:.4g}"
     clipped = f"values clipped at {CLIP:g} × white ({100 * comparison.clipped_fraction:.1f} % of the pixels)"
     lines = [
         f"ΔE₀₀: {blur}{white}, {clipped}.",

@@ -1,5 +1,6 @@
 """Operators give what the functions behind them give, report what the user can put right, and say why they are grey."""
 
+import json
 from pathlib import Path
 
 import bpy
@@ -46,12 +47,19 @@ def probe_folder(tmp_path_factory, in_extension) -> Path:
 
 @pytest.fixture
 def render_folder(tmp_path, in_extension) -> Path:
-    """A spectral render and its RGB twin, slightly too red."""
+    """A spectral render and its RGB twin, slightly too red and with a broken pixel; a ball covers the middle."""
+    model = in_extension("spectral_probe.composite_model")
+    ball = np.zeros((24, 32), np.float32)
+    ball[8:16, 10:20], ball[7, 10:20] = 1, 0.4
+    covered = model.ObjectCoverage({"Ball": ball}, ball, np.zeros_like(ball))
+    in_extension("spectral_probe.files.objects_exr").write_objects(tmp_path / "objects.exr", covered)
     write_rgb = in_extension("spectral_probe.files.image_exr").write_rgb
     to_xyz = in_extension("spectral_probe.spectra.colorimetry").rec709_to_xyz
     rgb = np.full((24, 32, 3), 0.4, np.float32) + np.linspace(0, 0.2, 32, dtype=np.float32)[:, None]
     write_rgb(tmp_path / "xyz.exr", to_xyz(rgb), ("X", "Y", "Z"))
-    write_rgb(tmp_path / "rgb.exr", rgb * np.array([1.1, 1.0, 1.0], np.float32))
+    red = rgb * np.array([1.1, 1.0, 1.0], np.float32)
+    red[3, 4] = np.nan
+    write_rgb(tmp_path / "rgb.exr", red)
     return tmp_path
 
 
@@ -281,16 +289,85 @@ def test_render_gives_what_the_function_gives(scene, settings, probe_folder, tmp
 def test_compare_gives_what_the_command_gives(settings, render_folder, tmp_path, in_extension):
     settings.render_directory = str(render_folder)
     assert ops.compare() == {"FINISHED"}
-    compare = in_extension("spectral_probe.commands").compare
-    numbers = finish(
-        compare(render_folder / "xyz.exr", render_folder / "rgb.exr", tmp_path / "function", 0.0)
-    )
+    function = in_extension("spectral_probe.compare_command").compare
+    job = function(render_folder / "xyz.exr", render_folder / "rgb.exr", tmp_path / "function")
+    next(
+        progress for progress in job if "Drawing" in progress.message
+    )  # the numbers are written, and that will do
+    job.close()
+    numbers = json.loads((tmp_path / "function" / "compare.json").read_text())
     assert settings.comparison.mean_de2000 == pytest.approx(numbers["image"]["raw"]["mean"])
     assert settings.comparison.mean_de2000 > 1
     assert tuple(settings.comparison.xy_shift) == pytest.approx(numbers["image"]["xy_shift"])
+    assert [ball.name for ball in settings.compare.objects] == ["Ball"]
+    assert settings.compare.objects[0].mean_de2000 == pytest.approx(numbers["objects"][0]["raw"]["mean"])
+    assert "1 pixel of rgb.exr is not a number" in settings.comparison.warnings
     sheet = bpy.data.images["Spectral Probe Comparison"]
     assert Path(sheet.filepath) == render_folder / "comparison" / "sheet.png"
     assert sheet.size[0] > 1000
+    _wipe_follows_its_slider(settings, render_folder / "comparison")
+
+
+def _wipe_follows_its_slider(settings, folder):
+    """The wipe is shown in the image editor, and moving the slider moves its divider there."""
+    assert ops.show_comparison(view="WIPE") == {"FINISHED"}
+    wipe = bpy.data.images["Spectral Probe Wipe"]
+    spectral, rgb = (bpy.data.images.load(str(folder / f"{name}.png")) for name in ("spectral", "rgb"))
+    width, height = wipe.size
+
+    def pixels(image):
+        values = np.empty(width * height * 4, np.float32)
+        image.pixels.foreach_get(values)
+        return values.reshape(height, width, 4)
+
+    for split, column in ((0.5, width // 2), (0.25, width // 4)):
+        settings.compare.split = split
+        shown = pixels(wipe)
+        np.testing.assert_array_equal(shown[:, : column - 1], pixels(spectral)[:, : column - 1])
+        np.testing.assert_array_equal(shown[:, column + 2 :], pixels(rgb)[:, column + 2 :])
+        assert (shown[:, column, :3] == 1).all()
+    for view, name in (
+        ("MAP", "Colour Difference"),
+        ("WAYS", "Four Ways of RGB"),
+        ("CHROMATICITY", "Chromaticity"),
+    ):
+        assert ops.show_comparison(view=view) == {"FINISHED"}
+        assert bpy.data.images[f"Spectral Probe {name}"].size[0] > 500
+    (folder / "rgb.png").unlink()
+    settings.compare.split = 0.75  # nothing to draw it of: what is shown stays
+    with pytest.raises(RuntimeError, match="Compare the renders again"):
+        ops.show_comparison(view="WIPE")
+
+
+@pytest.mark.parametrize(
+    ("chosen", "expected"),
+    [
+        ({"light": "RENDER"}, ("", None)),
+        ({"light": "LAMP", "lamp": "FL11"}, ("FL11", None)),
+        ({"light": "LAMP", "lamp_path": "/lamps/mine.csv"}, ("/lamps/mine.csv", None)),
+        ({"light": "PROBE"}, ("/probe/probe.exr", None)),
+        (
+            {"light": "DIRECTION", "azimuth": -np.pi / 2, "elevation": 0.5},
+            ("/probe/probe.exr", (270.0, 28.6479)),
+        ),
+    ],
+)
+def test_the_light_of_the_four_ways_is_the_panels(settings, in_extension, chosen, expected):
+    settings.probe_directory = "/probe"
+    settings.compare.metals = "Au, , main/Cu/McPeak"
+    for name, value in chosen.items():
+        setattr(settings.compare, name, value)
+    read = in_extension("operators.compare").compare_settings_from(settings)
+    assert read.light == expected[0]
+    assert read.at == (expected[1] and pytest.approx(expected[1], abs=1e-3))
+    assert read.metals == ("Au", "main/Cu/McPeak")
+
+
+def test_a_probes_light_needs_a_probe(settings, render_folder):
+    settings.render_directory = str(render_folder)
+    settings.compare.light = "PROBE"
+    with pytest.raises(RuntimeError, match="Build the probe first, or choose another light"):
+        ops.compare()
 
 
 # ---------------------------------------------------------------- grey buttons
@@ -306,6 +383,7 @@ def test_compare_gives_what_the_command_gives(settings, render_folder, tmp_path,
         ("light_world", "Build the probe first"),
         ("render_spectral", "Build the probe first"),
         ("compare", "Render the scene spectrally first"),
+        ("show_comparison", "Compare the renders first"),
     ],
 )
 @pytest.mark.usefixtures("scene")

@@ -64,6 +64,10 @@ def filled(settings):
     )
     planned.mean_de2000, planned.max_de2000 = 0.06, 0.45
     settings.comparison.directory, settings.comparison.mean_de2000 = "/render/comparison", 1.234
+    settings.comparison.warnings = "A pixel was left out."
+    settings.compare.light = "DIRECTION"
+    ball = settings.compare.objects.add()
+    ball.name, ball.mean_de2000, ball.p95_de2000 = "Copper Ball", 2.345, 4.567
     return settings
 
 
@@ -91,7 +95,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("objects", ["add_object", "add_object", "add_object"]),
         ("render", ["use_cycles", "plan_render", "render_spectral", "render_animation"]),
         ("swap", ["add_swappable", "remove_swappable", "swap_light"]),
-        ("compare", ["compare"]),
+        ("compare", ["compare", *5 * ["show_comparison"]]),
     ],
 )
 @pytest.mark.usefixtures("filled")
@@ -107,7 +111,7 @@ def test_each_stage_has_its_buttons(name, verbs, drawn):
         ("probe", ["1024 x 512 px", "1.23%", "8.2 s", "0.32 px", "1.5%"]),
         ("plots", ["0.985", "4224 K", "-0.0018", "64, 70", "0.9999", "3.1%", "1.23"]),
         ("render", ["5 at 64 samples", "1 min 15 s", "12.0 s"]),
-        ("compare", ["1.23"]),
+        ("compare", ["1.23", "Copper Ball", "2.35", "4.57"]),
     ],
 )
 @pytest.mark.usefixtures("filled")

@@ -204,6 +204,7 @@ def test_lamps_and_emission_light_both_alike(scene, render, extension, uniform_l
     assert written["warnings"] == list(result.warnings)
     assert written["seconds"]["spectral"] > 0
     assert written["seconds"]["rgb"] > 0
+    np.testing.assert_allclose(written["mean_light"], RAMP * 1e-3)
 
 
 def test_transparent_film_keeps_alpha(scene, render, extension, uniform_light, ball):
