@@ -129,7 +129,7 @@ def _beside(inside):
 
 
 def _distance_on_table(extension, directory, shape):
-    """How far from the ball's foot each pixel of the table is, by the camera in the render's folder; the sky is infinitely far."""
+    """How far from the ball's foot each pixel of the table is, by the render's own camera; the sky is infinitely far."""
     seen = extension("spectral_probe.composite.backplate_file").load_backplate(directory / "backplate.json")
     rows, columns = np.indices(shape) + 0.5
     rays = np.stack([columns, rows], -1) - seen.camera.principal_px
