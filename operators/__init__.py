@@ -14,6 +14,7 @@ from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
 from .build_probe import SPECTRAL_PROBE_OT_build_probe
 from .calibrate import SPECTRAL_PROBE_OT_calibrate
 from .compare import SPECTRAL_PROBE_OT_compare
+from .composite import SPECTRAL_PROBE_OT_composite
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
@@ -67,6 +68,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_render_animation,
         SPECTRAL_PROBE_OT_use_cycles,
         SPECTRAL_PROBE_OT_swap_light,
+        SPECTRAL_PROBE_OT_composite,
         SPECTRAL_PROBE_OT_compare,
         SPECTRAL_PROBE_OT_show_comparison,
     )

@@ -11,6 +11,7 @@ from .capture import (
     SPECTRAL_PROBE_PT_photographs,
 )
 from .compare import SPECTRAL_PROBE_PT_compare
+from .composite import SPECTRAL_PROBE_PT_composite
 from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
 from .lists import (
@@ -52,6 +53,7 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_render,
         SPECTRAL_PROBE_UL_swappable,
         SPECTRAL_PROBE_PT_swap,
+        SPECTRAL_PROBE_PT_composite,
         SPECTRAL_PROBE_PT_compare,
         SPECTRAL_PROBE_PT_material,
         SPECTRAL_PROBE_PT_light,

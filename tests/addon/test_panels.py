@@ -5,7 +5,7 @@ import pytest
 
 PANELS = (
     "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "region_lights", "calibration", "world",
-    "backplate", "ground", "objects", "render", "swap", "compare",
+    "backplate", "ground", "objects", "render", "swap", "composite", "compare",
 )  # fmt: skip
 
 
@@ -105,6 +105,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("objects", ["add_object", "add_object", "add_object"]),
         ("render", ["use_cycles", "plan_render", "render_spectral", "render_animation"]),
         ("swap", ["add_swappable", "remove_swappable", "swap_light"]),
+        ("composite", ["composite"]),
         ("compare", ["compare", *5 * ["show_comparison"]]),
     ],
 )
