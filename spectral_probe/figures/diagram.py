@@ -100,10 +100,10 @@ class Labels:
         kept = self.taken if needed else self.lines
         page = self._page(points)
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(page, axis=0).T))])
-        at = np.linspace(0.0, lengths[-1], 2 + int(lengths[-1] / _LINE_STEP_PT))
+        shown, at = self._extent(), np.linspace(0.0, lengths[-1], 2 + int(lengths[-1] / _LINE_STEP_PT))
         for x, y in zip(*(np.interp(at, lengths, column) for column in page.T), strict=True):
             dot = Box(x - 1, x + 1, y - 1, y + 1)
-            if dot.meets(self._extent()):
+            if dot.meets(shown):
                 kept.append(dot)
 
     def keep_axes_free(self, inset: Axes) -> None:
