@@ -20,6 +20,7 @@ from . import compare_properties, region_properties, swap_properties
 from .backplate_properties import SPECTRAL_PROBE_PG_backplate
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
+from .composite_properties import SPECTRAL_PROBE_PG_composite
 from .library_pickers import ball_materials, camera_names
 from .material_properties import SPECTRAL_PROBE_PG_light, SPECTRAL_PROBE_PG_material
 from .output_properties import SPECTRAL_PROBE_PG_output
@@ -341,6 +342,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     render_directory: folder_path("Folder", "Where the render is written", "//spectral_probe/render/")
     output: PointerProperty(type=SPECTRAL_PROBE_PG_output)
     render: PointerProperty(type=SPECTRAL_PROBE_PG_render)
+    composite: PointerProperty(type=SPECTRAL_PROBE_PG_composite)
     comparison_blur_px: FloatProperty(
         name="Blur",
         description="Gaussian blur of both images before they are compared, in pixels: takes the noise out",
@@ -363,6 +365,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_probe,
         SPECTRAL_PROBE_PG_output,
         SPECTRAL_PROBE_PG_render,
+        SPECTRAL_PROBE_PG_composite,
         SPECTRAL_PROBE_PG_comparison,
         SPECTRAL_PROBE_PG_spectrum,
         *region_properties.CLASSES,

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
     SPECTRAL_PROBE_PT_ball,
     SPECTRAL_PROBE_PT_camera,
@@ -10,6 +11,7 @@ from .capture import (
     SPECTRAL_PROBE_PT_photographs,
 )
 from .compare import SPECTRAL_PROBE_PT_compare
+from .composite import SPECTRAL_PROBE_PT_composite
 from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
 from .lists import (
@@ -45,10 +47,13 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_plots,
         SPECTRAL_PROBE_PT_edits,
         SPECTRAL_PROBE_PT_world,
+        SPECTRAL_PROBE_PT_backplate,
+        SPECTRAL_PROBE_PT_ground,
         SPECTRAL_PROBE_PT_objects,
         SPECTRAL_PROBE_PT_render,
         SPECTRAL_PROBE_UL_swappable,
         SPECTRAL_PROBE_PT_swap,
+        SPECTRAL_PROBE_PT_composite,
         SPECTRAL_PROBE_PT_compare,
         SPECTRAL_PROBE_PT_material,
         SPECTRAL_PROBE_PT_light,

@@ -20,9 +20,9 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--plate",
         type=Path,
-        required=True,
         metavar="PHOTO|PROBE.exr",
-        help="the photograph, of the render's size unless the scene has a backplate; or a probe as the background",
+        help="the photograph, of the render's size unless the scene has a backplate; or a probe as the background (default: the "
+        "backplate's photograph)",
     )
     plate = parser.add_argument_group("what the backplate does not say, or says wrongly")
     plate.add_argument(

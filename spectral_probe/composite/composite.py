@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..composite_model import ObjectCoverage
+from ..composite_model import Backplate, ObjectCoverage
 from ..errors import RenderError
 from ..figures.display import Picture, write_png
 from ..files.atomic import check_folder
@@ -52,7 +52,7 @@ class _Colours:
 
 
 def composite(
-    render_dir: Path, plate_path: Path, directory: Path, settings: CompositeSettings | None = None
+    render_dir: Path, plate_path: Path | None, directory: Path, settings: CompositeSettings | None = None
 ) -> Job[Numbers]:
     """Put a finished render into a photograph, or before a panorama.
 
@@ -61,7 +61,7 @@ def composite(
     render_dir
         Folder of the render; a scene with shadow catchers has left its render without the objects in a folder within.
     plate_path
-        The photograph, or probe.exr.
+        The photograph, or probe.exr; None for the photograph of the scene's backplate.
     directory
         Folder for the files of `composite.outputs`.
     settings
@@ -78,11 +78,12 @@ def composite(
         If the render or the plate cannot be used; the message says what to do.
     """
     settings = settings or CompositeSettings()
-    render_dir, plate_path, directory = Path(render_dir), Path(plate_path), Path(directory)
+    render_dir, directory = Path(render_dir), Path(directory)
     check_folder(directory)
     yield Progress(0.0, "Reading the render")
     backplate = read_backplate(render_dir)
     renders = render_pair(render_dir, backplate)
+    plate_path = _plate_path(plate_path, backplate)
     yield Progress(0.1, f"Reading {plate_path.name}")
     panorama = is_probe(plate_path)
     plate = (
@@ -122,6 +123,14 @@ def composite(
 
 
 # ---------------------------------------------------------------- what must fit
+
+
+def _plate_path(given: Path | None, backplate: Backplate | None) -> Path:
+    if given is not None:
+        return Path(given)
+    if backplate is None or backplate.photo == Path():
+        raise RenderError("The scene has no backplate, so nothing says which photograph is meant. Give it.")
+    return backplate.photo
 
 
 def _check_size(plate: Plate, renders: RenderPair, path: Path) -> None:

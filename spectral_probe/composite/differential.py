@@ -23,8 +23,9 @@ FADE_ERRORS = (1.0, 3.0)
 """The same in standard errors of the change: what cannot be told from noise is not done to the plate."""
 
 DARKEST_SHARE = 0.5
-"""A shadow leaves at least this share of what the renders' own ratio would leave. A plate that is darker than the render of the
-ground would otherwise fall to black, and lose its colour on the way."""
+"""A shadow takes from the plate what it takes from the render of the ground, as long as it leaves at least this share of what the
+same proportion would leave. Of a plate that is darker than that render it would take too much, at last more than there is, and of
+one channel before the others: there it goes over into the proportion."""
 
 SPECK_PX = 16
 """Changed areas of fewer pixels, away from any object, are noise."""
@@ -48,7 +49,7 @@ class Composite:
     changed
         (H, W) bool, pixels that are not the plate's.
     limited
-        (H, W) bool, pixels in which a shadow was held above `DARKEST_SHARE`.
+        (H, W) bool, pixels in which a shadow was held back (`DARKEST_SHARE`).
     """
 
     pixels: FloatArray
@@ -173,12 +174,15 @@ def _specks(changed: BoolArray, touched: BoolArray) -> BoolArray:
 
 
 def _shaded(plate: FloatArray, difference: FloatArray, without: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The plate with the difference, a shadow being held above a share of what the ratio of the renders leaves."""
+    """The plate with the difference, and where (H, W) it is more of a proportion (see `DARKEST_SHARE`)."""
     left = np.clip(1 + np.divide(difference, without, out=np.zeros_like(plate), where=without > 0), 0, 1)
-    least = np.maximum(plate, 0) * left * np.float32(DARKEST_SHARE)
-    changed = plate + difference
-    low = (changed < least) & (difference < 0)
-    return np.where(low, least, changed), low.any(-1)
+    changed, proportion = plate + difference, np.maximum(plate, 0) * left
+    darkened = (difference < 0) & (plate > 0)
+    share = np.divide(changed, proportion, out=np.zeros_like(plate), where=proportion > 0)
+    least = np.where(darkened, share, np.float32(1)).min(-1, keepdims=True)
+    part = np.clip(1 - least / np.float32(DARKEST_SHARE), 0, 1)
+    proportion += np.maximum(difference, 0)  # what a channel gains is added all the same
+    return changed + part * (proportion - changed), part[..., 0] > 0
 
 
 def _seen_beside(covered: FloatArray, ground: FloatArray, without_alpha: FloatArray | None) -> FloatArray:

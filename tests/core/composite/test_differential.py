@@ -113,7 +113,7 @@ def test_a_plate_darker_than_the_render_is_not_shaded_to_black():
     ground, plate = np.full((40, 40, 3), 0.6, np.float32), np.full((40, 40, 3), [0.2, 0.15, 0.1], np.float32)
     found = differential(plate, 0.2 * ground, ground, covering(np.zeros((40, 40))))
     assert found.limited.all()
-    np.testing.assert_allclose(found.pixels, 0.1 * plate, rtol=1e-3)
+    np.testing.assert_allclose(found.pixels, 0.2 * plate, rtol=1e-3)
 
 
 def test_negative_noise_of_a_plate_is_left_where_nothing_is_done():
