@@ -18,6 +18,7 @@ from .composite import SPECTRAL_PROBE_OT_composite
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
+from .match_backplate import SPECTRAL_PROBE_OT_add_ground, SPECTRAL_PROBE_OT_match_backplate
 from .plan_render import SPECTRAL_PROBE_OT_plan_render
 from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
 from .render_spectral import SPECTRAL_PROBE_OT_render_animation, SPECTRAL_PROBE_OT_render_spectral
@@ -56,6 +57,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_add_mask,
         SPECTRAL_PROBE_OT_seed_from_view,
         SPECTRAL_PROBE_OT_light_world,
+        SPECTRAL_PROBE_OT_match_backplate,
+        SPECTRAL_PROBE_OT_add_ground,
         SPECTRAL_PROBE_OT_add_object,
         SPECTRAL_PROBE_OT_add_torrance_sparrow,
         SPECTRAL_PROBE_OT_add_swappable,

@@ -1,7 +1,7 @@
 """Add the objects of the paper: the gold pedestal, the silver ball, the copper ball."""
 
 import bpy
-from bpy.props import EnumProperty
+from bpy.props import EnumProperty, FloatProperty
 
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import in_object_mode
@@ -22,6 +22,14 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
             ("COPPER_BALL", "Copper Ball", "A large ball of copper"),
         ),
     )
+    size: FloatProperty(
+        name="Size",
+        description="Size of the object, as a multiple: at 1 the pedestal is 0.5 m high and the copper ball 0.34 m wide",
+        default=1.0,
+        min=0.001,
+        soft_min=0.05,
+        soft_max=10.0,
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -37,7 +45,7 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
             "SILVER_BALL": objects.add_silver_ball,
             "COPPER_BALL": objects.add_copper_ball,
         }[self.kind]
-        added = add(context.collection, context.scene.cursor.location)
+        added = add(context.collection, context.scene.cursor.location, self.size)
         for selected in context.selected_objects:
             selected.select_set(False)
         added.select_set(True)

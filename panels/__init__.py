@@ -2,6 +2,7 @@
 
 import bpy
 
+from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
     SPECTRAL_PROBE_PT_ball,
     SPECTRAL_PROBE_PT_camera,
@@ -46,6 +47,8 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_plots,
         SPECTRAL_PROBE_PT_edits,
         SPECTRAL_PROBE_PT_world,
+        SPECTRAL_PROBE_PT_backplate,
+        SPECTRAL_PROBE_PT_ground,
         SPECTRAL_PROBE_PT_objects,
         SPECTRAL_PROBE_PT_render,
         SPECTRAL_PROBE_UL_swappable,

@@ -14,13 +14,12 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ...spectral_probe.composite.backplate_file import backplate_from, backplate_table
+from ...spectral_probe.composite.backplate_file import backplate_from, backplate_table, save_backplate
 from ...spectral_probe.composite.ground import GroundReflectance, faded
 from ...spectral_probe.composite.plate_geometry import frame_camera, undistorted
-from ...spectral_probe.composite_model import Backplate
-from ...spectral_probe.errors import RenderError
-from ...spectral_probe.model import Camera
+from ...spectral_probe.composite_model import BACKPLATE_NAME, Backplate
 from ...spectral_probe.photo.samples import linear_to_srgb
+from .camera_backplate import camera_backplate
 
 CAMERA_NAME = "Backplate Camera"
 GROUND_NAME = "Ground"
@@ -78,50 +77,6 @@ def _blender_pose(backplate: Backplate, scale: float) -> Matrix:
     return Matrix(pose.tolist())
 
 
-def camera_intrinsics(scene: bpy.types.Scene) -> Camera:
-    """The pinhole camera of a scene's view, in pixels of its render: the inverse of what `match_camera` sets.
-
-    Raises
-    ------
-    RenderError
-        If the scene has no perspective camera.
-    """
-    thing = scene.camera
-    if thing is None or thing.type != "CAMERA" or thing.data.type != "PERSP":
-        raise RenderError("The scene has no perspective camera. Give it one.")
-    data, render = thing.data, scene.render
-    share = render.resolution_percentage / 100.0
-    width, height = int(render.resolution_x * share), int(render.resolution_y * share)
-    tall = render.pixel_aspect_y / render.pixel_aspect_x  # of a pixel, over its width
-    vertical = data.sensor_fit == "VERTICAL" or (data.sensor_fit == "AUTO" and height * tall > width)
-    sensor_mm = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
-    across = height * tall if vertical else float(width)
-    focal_x = data.lens / sensor_mm * across
-    centre = (width / 2 - data.shift_x * across, height / 2 + data.shift_y * across / tall)
-    return Camera((focal_x, focal_x / tall), centre, (width, height), source="Blender")
-
-
-def _pose(scene: bpy.types.Scene) -> tuple[Array, Array]:
-    """Rotation (3, 3) from camera coordinates, y down and z forward, to the world, and position (3,) in metres."""
-    matrix = np.array(scene.camera.matrix_world)
-    axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
-    return axes * (1.0, -1.0, -1.0), matrix[:3, 3] * scene.unit_settings.scale_length
-
-
-def camera_backplate(scene: bpy.types.Scene) -> Backplate:
-    """The scene's camera as a backplate without photograph: for a panorama behind it.
-
-    Raises
-    ------
-    RenderError
-        If the scene has no perspective camera.
-    """
-    camera = camera_intrinsics(scene)
-    rotation, position = _pose(scene)
-    width, height = camera.size_px
-    return Backplate(camera, rotation, position, Path(), camera.size_px, (0.0, 0.0, width, height))
-
-
 # ---------------------------------------------------------------- kept in the scene
 
 
@@ -150,21 +105,33 @@ def scene_backplate(scene: bpy.types.Scene) -> Backplate | None:
 
 def sees_the_same(scene: bpy.types.Scene, backplate: Backplate) -> bool:
     """Whether the scene's camera is that of a backplate, to half a pixel at the corners of what it renders."""
-    if scene.camera is None or scene.camera.type != "CAMERA" or scene.camera.data.type != "PERSP":
+    render = scene.render
+    wanted = frame_camera(backplate)
+    share = render.resolution_percentage / 100.0
+    size = (int(render.resolution_x * share), int(render.resolution_y * share))
+    if scene.camera is None or render.use_border or size != wanted.size_px:
         return False
-    wanted, found = frame_camera(backplate), camera_intrinsics(scene)
-    rotation, position = _pose(scene)
-    if wanted.size_px != found.size_px:
+    own = camera_backplate(scene, size)
+    if own is None:
         return False
-    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) * wanted.size_px
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) * size
     rays = [
         np.column_stack([(corners - camera.principal_px) / camera.focal_px, np.ones(4)]) @ turn.T
-        for camera, turn in ((wanted, backplate.rotation), (found, rotation))
+        for camera, turn in ((wanted, backplate.rotation), (own.camera, own.rotation))
     ]
     apart = np.linalg.norm(rays[0] - rays[1], axis=-1).max() * max(wanted.focal_px)
     reach = max(float(np.linalg.norm(backplate.position_m)), 1e-6)
-    aside = np.linalg.norm(position - backplate.position_m) / reach * max(wanted.focal_px)
+    aside = np.linalg.norm(own.position_m - backplate.position_m) / reach * max(wanted.focal_px)
     return bool(max(apart, aside) < _SAME_PX)
+
+
+def write_backplate(scene: bpy.types.Scene, size_px: tuple[int, int], directory: Path) -> None:
+    """Write backplate.json into the folder of a scene's render: its photograph's, or only its camera; nothing without one."""
+    found = scene_backplate(scene)
+    if found is None or found.frame_px[2:] != size_px:
+        found = camera_backplate(scene, size_px)
+    if found is not None:
+        save_backplate(directory / BACKPLATE_NAME, found)
 
 
 # ---------------------------------------------------------------- the picture behind it

@@ -1,20 +1,12 @@
-"""backplate.json of a render: the camera of its scene, so that a composite knows in which direction each pixel looks."""
+"""The camera of a scene as a backplate without photograph, so that a composite knows in which direction each pixel looks."""
 
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ...spectral_probe.composite.backplate_file import save_backplate
-from ...spectral_probe.composite_model import BACKPLATE_NAME, Backplate
+from ...spectral_probe.composite_model import Backplate
 from ...spectral_probe.model import Camera
-
-
-def write_camera(scene: bpy.types.Scene, size_px: tuple[int, int], directory: Path) -> None:
-    """Write the scene's camera into the folder of its render of that size; nothing where it is no perspective one."""
-    found = camera_backplate(scene, size_px)
-    if found is not None:
-        save_backplate(directory / BACKPLATE_NAME, found)
 
 
 def camera_backplate(scene: bpy.types.Scene, size_px: tuple[int, int]) -> Backplate | None:
@@ -48,7 +40,7 @@ def camera_backplate(scene: bpy.types.Scene, size_px: tuple[int, int]) -> Backpl
             source="Blender",
         ),
         rotation=rotation,
-        position_m=np.array(camera.matrix_world.translation),
+        position_m=np.array(camera.matrix_world.translation) * scene.unit_settings.scale_length,
         photo=Path(),
         photo_size_px=size_px,
         frame_px=(0.0, 0.0, *size_px),

@@ -23,7 +23,7 @@ from ...spectral_probe.render.pass_folder import matte_steps, read_pass, render_
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
 from ...spectral_probe.render_model import WORLD, PassPlan, RenderStep
 from .assembling import TWIN_STEP, write_objects_of, write_pictures, write_twin
-from .camera_backplate import write_camera
+from .backplate import write_backplate
 from .catchers import Surfaces, as_ordinary_surfaces, surfaces
 from .light import LayerLight, WavelengthLight, light_level, panorama_rec709, shown
 from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
@@ -334,7 +334,7 @@ def _written(
         height, width = read_pass(part.folder.path(steps[0].name)).groups[WORLD].shape[:2]
         if whole:
             write_objects_of(part.folder, matte_steps(plan, steps), task.surfaces, part.directory)
-            write_camera(task.scene, (width, height), part.directory)
+            write_backplate(task.scene, (width, height), part.directory)
         result = _result(task, part, plan, light, rgb_twin, time.perf_counter() - start)
         if whole:
             result = replace(

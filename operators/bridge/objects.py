@@ -11,6 +11,7 @@ from .materials import metal_colours
 PEDESTAL_HEIGHT_M = 0.50
 SILVER_RADIUS_M = 0.07
 COPPER_RADIUS_M = 0.17
+TABLE_RADIUS_M = 0.60
 
 type Point = tuple[float, float]
 
@@ -37,28 +38,59 @@ _SECTION: tuple[tuple[float, float, float], ...] = (
 )
 
 
+def scale_beside_ball(ball_radius_m: float) -> float:
+    """The scale at which the copper ball is as large as the mirrored ball that stood there, and the others go with it."""
+    return ball_radius_m / COPPER_RADIUS_M
+
+
 def add_gold_pedestal(
-    collection: bpy.types.Collection, location: Sequence[float] = (0.0, 0.0, 0.0)
+    collection: bpy.types.Collection, location: Sequence[float] = (0.0, 0.0, 0.0), scale: float = 1.0
 ) -> bpy.types.Object:
-    """Add a turned pedestal of gold, half a metre high, standing on `location`."""
-    pedestal = bpy.data.objects.new("Gold Pedestal", _turned("Gold Pedestal", _rounded(_SECTION)))
-    return _placed(pedestal, collection, location, metal_material("Gold", "Au", roughness=0.18))
+    """Add a turned pedestal of gold, half a metre high at scale 1, standing on `location`."""
+    section = [(radius * scale, height * scale) for radius, height in _rounded(_SECTION)]
+    pedestal = bpy.data.objects.new("Gold Pedestal", _turned("Gold Pedestal", section))
+    return _placed(pedestal, collection, location, metal_material("Gold", "Au", roughness=0.16))
 
 
 def add_silver_ball(
-    collection: bpy.types.Collection, location: Sequence[float] = (0.0, 0.0, PEDESTAL_HEIGHT_M)
+    collection: bpy.types.Collection,
+    location: Sequence[float] = (0.0, 0.0, PEDESTAL_HEIGHT_M),
+    scale: float = 1.0,
 ) -> bpy.types.Object:
     """Add the small ball of silver, standing on `location` (by default, the pedestal's top)."""
-    ball = _ball("Silver Ball", SILVER_RADIUS_M)
+    ball = _ball("Silver Ball", SILVER_RADIUS_M * scale)
     return _placed(ball, collection, location, metal_material("Silver", "Ag", roughness=0.05))
 
 
 def add_copper_ball(
-    collection: bpy.types.Collection, location: Sequence[float] = (0.42, -0.12, 0.0)
+    collection: bpy.types.Collection, location: Sequence[float] = (0.42, -0.12, 0.0), scale: float = 1.0
 ) -> bpy.types.Object:
     """Add the large ball of copper, standing on `location` (by default, on the floor beside the pedestal)."""
-    ball = _ball("Copper Ball", COPPER_RADIUS_M)
-    return _placed(ball, collection, location, metal_material("Copper", "Cu", roughness=0.3))
+    ball = _ball("Copper Ball", COPPER_RADIUS_M * scale)
+    return _placed(ball, collection, location, metal_material("Copper", "Cu", roughness=0.24))
+
+
+def add_metals(
+    collection: bpy.types.Collection,
+    at: Sequence[float] = (0.0, 0.0, 0.0),
+    bearing_deg: float = 0.0,
+    scale: float = 1.0,
+) -> list[bpy.types.Object]:
+    """Add the group of the paper's fig. 12, standing round `at`, as one sees it who looks along a compass bearing.
+
+    The pedestal with the silver ball on it is to the left, the copper ball to the right and nearer.
+    """
+    across, ahead = _axes(bearing_deg)
+    at = Vector(at)
+
+    def place(right: float, forward: float, up: float) -> Vector:
+        return at + (across * right + ahead * forward + Vector((0.0, 0.0, up))) * scale
+
+    return [
+        add_gold_pedestal(collection, place(-0.14, 0.05, 0.0), scale),
+        add_silver_ball(collection, place(-0.14, 0.05, PEDESTAL_HEIGHT_M), scale),
+        add_copper_ball(collection, place(0.23, -0.10, 0.0), scale),
+    ]
 
 
 def metal_material(name: str, metal: str, roughness: float) -> bpy.types.Material:
@@ -86,36 +118,54 @@ def metal_material(name: str, metal: str, roughness: float) -> bpy.types.Materia
     return material
 
 
-def demo_scene(scene: bpy.types.Scene) -> None:
-    """Furnish an empty scene as the paper's fig. 12: floor, pedestal, balls and a camera, for Cycles.
+def demo_scene(scene: bpy.types.Scene, bearing_deg: float = 0.0) -> None:
+    """Furnish an empty scene as the paper's fig. 12: a round table, pedestal, balls and a camera, for Cycles.
 
-    The light is to be added: the scene looks along +Y, with the panorama behind it.
+    Parameters
+    ----------
+    scene
+        An empty scene. The light is to be added: the panorama is also what stands behind.
+    bearing_deg
+        Compass bearing along which the camera looks, 0 = +Y, clockwise seen from above.
     """
     scene.render.engine = "CYCLES"
-    collection = scene.collection
-    floor = bpy.data.objects.new(
-        "Floor", _turned("Floor", [(0.0, -0.02), (1.6, -0.02), (1.6, 0.0), (0.0, 0.0)], 128)
-    )
-    floor.data.shade_flat()
-    grey = bpy.data.materials.new("Floor")
-    tree = grey.node_tree
+    add_table(scene.collection)
+    add_metals(scene.collection, bearing_deg=bearing_deg)
+    data = bpy.data.cameras.new("Camera")
+    data.lens = 29.0
+    camera = bpy.data.objects.new("Camera", data)
+    across, ahead = _axes(bearing_deg)
+    camera.location = across * 0.05 - ahead * 1.45 + Vector((0.0, 0.0, 0.42))
+    gaze = across * 0.02 + Vector((0.0, 0.0, 0.41)) - camera.location
+    camera.rotation_euler = gaze.to_track_quat("-Z", "Y").to_euler()
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+
+
+def add_table(collection: bpy.types.Collection) -> bpy.types.Object:
+    """Add a round table top of pale stone with a rounded edge, its top at z = 0."""
+    edge_m, thick_m = 0.012, 0.045
+    section = [
+        (0.0, -thick_m, 0.0),
+        (TABLE_RADIUS_M, -thick_m, edge_m),
+        (TABLE_RADIUS_M, 0.0, edge_m),
+        (0.0, 0.0, 0.0),
+    ]
+    table = bpy.data.objects.new("Table", _turned("Table", _rounded(section), 256))
+    stone = bpy.data.materials.new("Table")
+    tree = stone.node_tree
     tree.nodes.clear()
     shader, output = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeOutputMaterial")
-    shader.inputs["Color"].default_value = (0.32, 0.30, 0.27, 1.0)
+    shader.inputs["Color"].default_value = (0.46, 0.45, 0.43, 1.0)
     tree.links.new(shader.outputs[0], output.inputs["Surface"])
-    _placed(floor, collection, (0.0, 0.0, 0.0), grey)
-    add_gold_pedestal(collection, (-0.10, 0.05, 0.0))
-    add_silver_ball(collection, (-0.10, 0.05, PEDESTAL_HEIGHT_M))
-    add_copper_ball(collection, (0.27, -0.16, 0.0))
+    return _placed(table, collection, (0.0, 0.0, 0.0), stone)
 
-    data = bpy.data.cameras.new("Camera")
-    data.lens = 50.0
-    camera = bpy.data.objects.new("Camera", data)
-    camera.location = (0.25, -1.75, 0.62)
-    gaze = Vector((0.06, 0.0, 0.27)) - camera.location
-    camera.rotation_euler = gaze.to_track_quat("-Z", "Y").to_euler()
-    collection.objects.link(camera)
-    scene.camera = camera
+
+def _axes(bearing_deg: float) -> tuple[Vector, Vector]:
+    """To the right and ahead, on the ground, of one who looks along a compass bearing."""
+    bearing = math.radians(bearing_deg)
+    east, north = math.sin(bearing), math.cos(bearing)
+    return Vector((north, -east, 0.0)), Vector((east, north, 0.0))
 
 
 def _placed(

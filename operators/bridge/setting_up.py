@@ -1,6 +1,7 @@
 """A scene set up for a prepared plate: camera, picture, ground, and the settings that remember them."""
 
 import math
+from collections.abc import Sequence
 
 import bpy
 
@@ -18,7 +19,7 @@ def set_up(scene: bpy.types.Scene, prepared: PreparedPlate) -> bpy.types.Object:
     scene.render.engine = "CYCLES"
     camera = match_camera(scene, backplate)
     show_plate(camera, prepared.picture, backplate)
-    ground = set_up_ground(scene, prepared)
+    ground = lay_ground(scene, prepared.ground, prepared.ground_radius_m)
     level = backplate.exposure * float(backplate.gain[1])
     scene.view_settings.exposure = max(-32.0, min(32.0, math.log2(level)))
     keep_backplate(scene, backplate)
@@ -26,11 +27,13 @@ def set_up(scene: bpy.types.Scene, prepared: PreparedPlate) -> bpy.types.Object:
     return ground
 
 
-def set_up_ground(scene: bpy.types.Scene, prepared: PreparedPlate) -> bpy.types.Object:
-    """Give a scene the ground of a plate."""
-    found = prepared.ground
-    colour = found if isinstance(found, GroundReflectance) else tuple(float(value) for value in found)
-    return add_ground(scene, colour, prepared.ground_radius_m)
+def lay_ground(
+    scene: bpy.types.Scene, reflectance: GroundReflectance | Sequence[float], radius_m: float
+) -> bpy.types.Object:
+    """Give a scene the ground of a plate, or one of a colour (3,), and keep its mean for the panel."""
+    mean = reflectance.mean if isinstance(reflectance, GroundReflectance) else reflectance
+    scene.spectral_probe.backplate.ground_mean = [float(value) for value in mean]
+    return add_ground(scene, reflectance, radius_m)
 
 
 def keep_numbers(scene: bpy.types.Scene, prepared: PreparedPlate) -> None:
@@ -41,5 +44,4 @@ def keep_numbers(scene: bpy.types.Scene, prepared: PreparedPlate) -> None:
     kept.shift_px = (0.0, 0.0) if match.alignment is None else match.alignment.shift_px
     kept.error_px = 0.0 if match.alignment is None else match.alignment.error_px
     kept.gain = (1.0, 1.0, 1.0) if match.gain is None else [float(value) for value in match.gain]
-    kept.ground_mean = [float(value) for value in prepared.ground_mean]
     kept.remarks = "\n".join(prepared.remarks)

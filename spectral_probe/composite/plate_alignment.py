@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import RenderError
-from ..geometry.bundle import rotation_of
+from ..geometry.bundle import angle_between, rotation_of
 from ..geometry.camera import pixel_rays, project
 from ..model import BoolArray, Camera, FloatArray, Photograph
 from ..photo.samples import linear_to_srgb
@@ -21,7 +21,7 @@ from ..photo.samples import linear_to_srgb
 _LONGEST_PX = 2000
 """Details are looked for in pictures no larger than this: finer ones are noise and demosaicing."""
 
-_FEATURES = 8000
+_FEATURES = 5000
 _DISTINCT = 0.8
 """A match counts if it is this much nearer than the second nearest (Lowe's ratio)."""
 
@@ -46,6 +46,12 @@ _LOOKS = 4
 
 _ALIKE = 0.8
 """Correlation that such pictures must reach where they show the same."""
+
+_UNLIKE, _CONTRAST = 0.4, 0.05
+"""Below this correlation pictures whose logarithm of brightness varies by more than the second show different things."""
+
+_MOST_TURN_RAD = np.radians(15.0)
+"""A camera that turned by more was put up anew."""
 
 _ROUNDS = 20
 _ROUND_THE_BALL = 1.25
@@ -126,11 +132,8 @@ def align_plate(
     near_rad = _NEAR_PX * scale / max(camera.focal_px)
     turn, fits = _consensus(rays, seen, near_rad)
     used = int(fits.sum())
-    if used < max(_LEAST_MATCHES, 0.1 * len(here)):
-        raise RenderError(
-            f"{plate.path.name} shows another scene than {photograph.path.name}, or the camera moved between them: only "
-            f"{used} of {len(here)} details agree. Give a plate taken from the same place, or leave the alignment out."
-        )
+    if used < max(_LEAST_MATCHES, 0.1 * len(here)) or angle_between(turn, np.eye(3)) > _MOST_TURN_RAD:
+        raise _another_scene(photograph, plate)
     turn, covariance = _refined(turn, rays[fits], seen[fits], near_rad / 3.0)
     centre = np.array(ball_px[:2])
     moved = project(camera, pixel_rays(camera, centre) @ turn.T) - centre
@@ -144,6 +147,13 @@ def align_plate(
         used,
         len(here),
         _remarks(plate, here[fits], left, ball_px, used / len(here)),
+    )
+
+
+def _another_scene(photograph: Photograph, plate: Photograph) -> RenderError:
+    return RenderError(
+        f"{plate.path.name} shows another scene than {photograph.path.name}, or its camera stood elsewhere. Give a plate taken "
+        "from the same place, or leave the alignment out."
     )
 
 
@@ -302,6 +312,9 @@ def _by_brightness(
             warp, alike = _correlated(here, there, warp, counted)
             counted = np.where(_changed(here, there, warp), 0, clear).astype(np.uint8)
         if alike < _ALIKE:
+            contrast = min(float(picture[counted > 0].std()) for picture in (here, there))
+            if alike < _UNLIKE and contrast > _CONTRAST:
+                raise _another_scene(photograph, plate)
             return _still(matches)
         found = _turn_of(warp, counted > 0, scale, camera)
         shifts.append(project(camera, pixel_rays(camera, centre) @ found.T) - centre)

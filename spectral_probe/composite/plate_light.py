@@ -102,7 +102,7 @@ _DEPENDENT = 25.0
 """Places that count as one: neighbours show the same surface under the same light."""
 
 _DARK = 0.01
-_FLAT = 0.08
+_FLAT = 0.15
 """Relative difference to the surroundings up to which a place bears a misalignment of a pixel."""
 
 

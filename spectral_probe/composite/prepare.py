@@ -11,12 +11,15 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from ..composite_model import Backplate
 from ..files.probe_exr import read_probe
 from ..model import FloatArray, Job, Progress, SpectralPanorama, part
+from ..photo.read import read_photograph
 from ..spectra.camera import camera_sensitivities
 from .ground import GroundReflectance, ground_reflectance, irradiance, response_of_reflectance
 from .matching import MatchSettings, PlateMatch, match_plate
 from .plate_light import plate_radiance
+from .probe_views import read_probe_views
 
 _GROUND_RADII = 10.0
 """Radius of the ground over the ball's where none is given: what a small thing shades and mirrors."""
@@ -76,7 +79,7 @@ def prepare_plate(
     match = yield from part(match_plate(probe, plate, settings), 0.05, 0.8)
     yield Progress(0.8, "Measuring the ground")
     backplate = match.backplate
-    radius_m = ground_radius_m or _GROUND_RADII * backplate.ball_radius_m
+    radius_m = ground_radius(ground_radius_m, backplate.ball_radius_m)
     sensitivities = camera_sensitivities(backplate.camera_model or None, backplate.sensitivities)
     remarks = match.remarks
     ground: GroundReflectance | FloatArray
@@ -88,6 +91,39 @@ def prepare_plate(
         remarks += _ground_remarks(ground)
     picture = _shown(match, panorama, sensitivities)
     return PreparedPlate(match, picture, ground, radius_m, remarks)
+
+
+def ground_radius(given_m: float | None, ball_radius_m: float) -> float:
+    """Radius of the ground in metres: as given, or ten times the ball's."""
+    return given_m or _GROUND_RADII * ball_radius_m
+
+
+def measured_ground(
+    probe: Path, backplate: Backplate | None, reflectance: FloatArray | None, radius_m: float
+) -> Job[tuple[GroundReflectance | FloatArray, float]]:
+    """The ground of a plate that is matched already: its reflectance, as given or from the plate, and its radius.
+
+    Parameters
+    ----------
+    probe
+        The probe's folder.
+    backplate
+        The matched plate; needed where no reflectance is given.
+    reflectance
+        (3,) linear Rec.709, or None.
+    radius_m
+        Of the ground.
+    """
+    if reflectance is not None or backplate is None:
+        return np.full(3, 0.3) if reflectance is None else reflectance, radius_m
+    yield Progress(0.0, "Reading the probe")
+    panorama = read_probe(Path(probe) / "probe.exr")
+    yield Progress(0.3, f"Reading {backplate.photo.name}")
+    half_size = read_probe_views(probe)[0].half_size
+    radiance, valid = plate_radiance(read_photograph(backplate.photo, half_size=half_size), backplate)
+    yield Progress(0.8, "Measuring the ground")
+    sensitivities = camera_sensitivities(backplate.camera_model or None, backplate.sensitivities)
+    return ground_reflectance(radiance, backplate, panorama, sensitivities, radius_m, valid), radius_m
 
 
 def _ground_remarks(ground: GroundReflectance) -> tuple[str, ...]:

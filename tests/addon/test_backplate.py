@@ -68,10 +68,13 @@ def test_blender_sees_points_where_the_photograph_has_them(
     np.testing.assert_allclose(np.column_stack([seen[:, 0], 1.0 - seen[:, 1]]) * size, expected, atol=0.01)
 
 
-def test_the_camera_is_read_back_as_it_was_set(scene: Any, bridge: ModuleType, backplate: Any) -> None:
+def test_the_camera_is_read_back_as_it_was_set(
+    scene: Any, in_extension: Importer, bridge: ModuleType, backplate: Any
+) -> None:
+    scene.unit_settings.scale_length = 0.1
     bridge.match_camera(scene, backplate)
     bpy.context.view_layer.update()
-    found = bridge.camera_backplate(scene)
+    found = in_extension("operators.bridge.camera_backplate").camera_backplate(scene, backplate.frame_px[2:])
     left, top, width, height = backplate.frame_px
     assert found.camera.size_px == (width, height)
     np.testing.assert_allclose(found.camera.focal_px, backplate.camera.focal_px, rtol=1e-5)
@@ -85,7 +88,7 @@ def test_the_camera_is_read_back_as_it_was_set(scene: Any, bridge: ModuleType, b
 @pytest.mark.parametrize("fit", ["AUTO", "HORIZONTAL", "VERTICAL"])
 @pytest.mark.parametrize("size", [(80, 50), (50, 80)])
 def test_any_camera_of_blender_is_read(
-    scene: Any, bridge: ModuleType, fit: str, size: tuple[int, int]
+    scene: Any, in_extension: Importer, fit: str, size: tuple[int, int]
 ) -> None:
     from bpy_extras.object_utils import world_to_camera_view
     from mathutils import Vector
@@ -96,7 +99,7 @@ def test_any_camera_of_blender_is_read(
     render.resolution_x, render.resolution_y = size
     render.pixel_aspect_x, render.pixel_aspect_y = 1.0, 1.3
     bpy.context.view_layer.update()
-    found = bridge.camera_backplate(scene)
+    found = in_extension("operators.bridge.camera_backplate").camera_backplate(scene, size)
     for point in np.random.default_rng(1).uniform(-1.0, 1.0, (5, 3)):
         x, y, _ = world_to_camera_view(scene, camera, Vector(point))
         local = (point - found.position_m) @ found.rotation

@@ -5,7 +5,7 @@ import pytest
 
 PANELS = (
     "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "region_lights", "calibration", "world",
-    "objects", "render", "swap", "composite", "compare",
+    "backplate", "ground", "objects", "render", "swap", "composite", "compare",
 )  # fmt: skip
 
 
@@ -63,6 +63,14 @@ def filled(settings):
         "5 passes.\nWavelengths.",
     )
     planned.mean_de2000, planned.max_de2000 = 0.06, 0.45
+    plate = settings.backplate
+    plate.matched, plate.aligned, plate.shift_px, plate.error_px = "{}", True, (0.25, -1.5), 0.031
+    plate.reduce, plate.on_ground, plate.exposure_s, plate.ground_source = True, False, 0.01, "GIVEN"
+    plate.gain, plate.ground_mean, plate.remarks = (
+        (1.0, 0.98, 1.25),
+        (0.3, 0.2, 0.1),
+        "It had another white balance.",
+    )
     settings.comparison.directory, settings.comparison.mean_de2000 = "/render/comparison", 1.234
     settings.comparison.warnings = "A pixel was left out."
     settings.compare.light = "DIRECTION"
@@ -92,6 +100,8 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("probe", ["build_probe"]),
         ("plots", ["seed_from_view", "show_spectrum", "show_basis", "show_confidence", "show_sensitivities"]),
         ("world", ["light_world"]),
+        ("backplate", ["match_backplate"]),
+        ("ground", ["add_ground"]),
         ("objects", ["add_object", "add_object", "add_object"]),
         ("render", ["use_cycles", "plan_render", "render_spectral", "render_animation"]),
         ("swap", ["add_swappable", "remove_swappable", "swap_light"]),
@@ -112,6 +122,7 @@ def test_each_stage_has_its_buttons(name, verbs, drawn):
         ("probe", ["1024 x 512 px", "1.23%", "8.2 s", "0.32 px", "1.5%"]),
         ("plots", ["0.985", "4224 K", "-0.0018", "64, 70", "0.9999", "3.1%", "1.23"]),
         ("render", ["5 at 64 samples", "1 min 15 s", "12.0 s"]),
+        ("backplate", ["+0.25, -1.50 px", "0.03 px", "1.00, 0.98, 1.25", "0.30, 0.20, 0.10"]),
         ("compare", ["1.23", "Copper Ball", "2.35", "4.57"]),
     ],
 )
