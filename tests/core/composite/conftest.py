@@ -64,7 +64,7 @@ def simulate(size: int, samples: int, *, seed: int = 0, across: float = 8.0) -> 
 @pytest.fixture(scope="session")
 def exact() -> Simulation:
     """With so many samples that their noise does not count."""
-    return simulate(96, 500, seed=9)
+    return simulate(96, 800, seed=9)
 
 
 @pytest.fixture(scope="session")
