@@ -6,7 +6,6 @@ import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -15,8 +14,9 @@ from ..errors import FileFormatError, PhotographError
 from ..model import BoolArray, Exposure, FloatArray, Photograph
 from ..photo.exposure import plausible
 from ..photo.read import read_photograph, srgb_to_linear
-from ..photo.response import KNOTS, ResponseCurve
+from ..photo.response import KNOTS
 from ..spectra.camera import REC709, camera_names, camera_sensitivities
+from .plate_light import linear_pixels, response_curve
 
 SRGB = "srgb"
 """The response of a picture that follows the sRGB curve."""
@@ -87,7 +87,8 @@ class Plate:
         [[[0, 124, 255]]]
         """
         decoded = np.repeat(srgb_to_linear(_FINE_CODES)[:, None], 3, 1)
-        light = decoded if self.log_gain is None else response_curve(self.log_gain).linear(decoded)
+        curve = response_curve(self.log_gain)
+        light = decoded if curve is None else curve.linear(decoded)
         encoded = [
             np.interp(pixels[..., c], np.maximum.accumulate(light[:, c]), _FINE_CODES) for c in range(3)
         ]
@@ -121,19 +122,13 @@ def read_plate(path: Path, settings: PlateSettings, backplate: Backplate | None)
         )
     name, sensitivities = _camera(photograph, settings, known)
     log_gain = _response(photograph, settings, known)
-    pixels: FloatArray = np.asarray(photograph.pixels, np.float32)
-    if log_gain is not None:
-        pixels = np.asarray(response_curve(log_gain).linear(pixels), np.float32)
-    clipped = photograph.clipped
-    if known is not None and known.camera.size_px != clipped.shape[::-1]:
-        size = known.camera.size_px
-        pixels = np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.float32)
-        clipped = cv2.resize(clipped.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0
+    size_px = photograph.clipped.shape[::-1] if known is None else known.camera.size_px
+    pixels, clipped = linear_pixels(photograph, response_curve(log_gain), size_px)
     exposure, remarks = _exposure(photograph, settings, known)
     gain = np.ones(3) if known is None else np.asarray(known.gain)
     return Plate(
         pixels,
-        clipped,
+        clipped > 0,
         name,
         sensitivities,
         exposure * gain,
@@ -142,11 +137,6 @@ def read_plate(path: Path, settings: PlateSettings, backplate: Backplate | None)
         neutral=_neutral(photograph),
         remarks=(*photograph.remarks, *remarks),
     )
-
-
-def response_curve(log_gain: FloatArray) -> ResponseCurve:
-    """The response that `Backplate.response_log_gain` stands for."""
-    return ResponseCurve(np.asarray(log_gain), (0.0, 0.0, 0.0), ())
 
 
 # ---------------------------------------------------------------- what is known of it

@@ -127,7 +127,7 @@ def test_a_measured_response_is_applied_both_ways(render, tmp_path):
     )
     output = composite(render, tmp_path / "plate.png", "--response", str(tmp_path / "report.json"))
     light = srgb_to_linear(150 / 255) * np.exp(np.interp(150 / 255, KNOTS, log_gain[0]))
-    np.testing.assert_allclose(read_rgb(output / "plate.exr"), light, rtol=1e-5)
+    np.testing.assert_allclose(read_rgb(output / "plate.exr"), light, rtol=1e-3)
     found = cv2.imread(str(output / "composite.png"))
     assert (found[0, 0] == 150).all()
 
@@ -212,7 +212,7 @@ def test_the_backplate_says_exposure_gain_and_response(render, tmp_path):
     output = composite(render, tmp_path / "plate.png")
     found = read_rgb(output / "composite.exr")
     np.testing.assert_allclose(found[15, 15], [0.5, 0.6, 0.4], rtol=1e-5)
-    np.testing.assert_allclose(found[0, 0], srgb_to_linear(120 / 255) * np.exp(0.1), rtol=1e-5)
+    np.testing.assert_allclose(found[0, 0], srgb_to_linear(120 / 255) * np.exp(0.1), rtol=1e-3)
 
 
 # ---------------------------------------------------------------- bad input
