@@ -7,36 +7,43 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..spectral_probe.errors import CaptureError
 from ..spectral_probe.model import Job, Progress, SpectralPanorama, part
 
 type Numbers = dict[str, Any]
 
-SAMPLE = Path(__file__).resolve().parents[1] / "sample_scenes" / "gym"
 _WIDTH = 1024
 _SIZE_PX = (540, 360)
 _SAMPLES = 48
 _BLUR_PX = 3.0
+_BEARING_DEG = 18.0  # towards the windows
 
 
 def demo(directory: Path) -> Job[Numbers]:
-    """Recover the sample's light, render metals in it spectrally and in RGB, and compare.
+    """Recover the sample's light, render metals in it behind stained glass, compare with RGB, and put them into the plate.
 
-    Leaves in the folder: probe/ (the panorama), spectra/ (a lamp and a window against the truth), render/ (the spectral
-    image and its RGB twin), comparison/ (dE2000 map, xy diagram, numbers) and sheet.png with all of it.
+    Leaves in the folder: probe/ (the panorama), spectra/ (a lamp and a window against the truth), stained/ (the panorama with
+    red, yellow and green glass before its windows), render/ (the spectral image in it, and its RGB twin), comparison/ (dE2000
+    map, xy diagram, numbers), plate/ (the metals in the gym's own light, rendered for the plate), composite/ (in the plate), and
+    sheet.png with the comparison.
     """
     from ..spectral_probe.commands import probe
     from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.files.probe_exr import read_probe
+    from ..spectral_probe.sample import GYM, gym_truth, stained_gym
+    from .demo_plate import compose_metals
 
-    truth = _truth()
+    truth = gym_truth()
     check_folder(directory)
-    recovered = yield from part(probe(SAMPLE / "capture.toml", directory / "probe", _WIDTH), 0.0, 0.3)
+    recovered = yield from part(probe(GYM / "capture.toml", directory / "probe", _WIDTH), 0.0, 0.2)
     panorama = read_probe(directory / "probe" / "probe.exr")
-    spectra = yield from part(_spectra(directory, truth), 0.3, 0.36)
-    rendered, masks = yield from part(_render(directory / "render", panorama), 0.36, 0.94)
-    comparing = _compare(directory, panorama, spectra, rendered, masks)
-    compared = yield from part(comparing, 0.94, 1.0)
+    spectra = yield from part(_spectra(directory, truth), 0.2, 0.25)
+    yield Progress(0.25, "Stained glass before the windows")
+    stained = stained_gym(panorama)
+    _write_light(directory / "stained", stained)
+    rendered, masks = yield from part(_render(directory / "render", stained), 0.27, 0.6)
+    comparing = _compare(directory, stained, spectra, rendered, masks)
+    compared = yield from part(comparing, 0.6, 0.65)
+    composed = yield from part(compose_metals(directory, panorama), 0.65, 1.0)
     return {
         "blind fraction": recovered["blind_fraction"],
         **{f"{name}, GFC against the truth": numbers["gfc"] for name, numbers in spectra.items()},
@@ -45,27 +52,30 @@ def demo(directory: Path) -> Job[Numbers]:
         "RGB render, seconds": rendered["seconds"]["rgb"],
         "passes": rendered["passes"],
         "colour difference": compared,
+        "share of the plate changed": composed["changed_fraction"],
         "written": str(directory),
     }
 
 
-def _truth() -> dict[str, Any]:
-    """The sample's lamps and windows; both recommended ones have a bearing and a true spectrum."""
-    path = SAMPLE / "truth" / "scene.json"
-    if not path.is_file():
-        raise CaptureError(f"The bundled sample is not in {SAMPLE}. Get a whole copy of the project.")
-    return dict(json.loads(path.read_text("utf-8")))
+def _write_light(directory: Path, light: SpectralPanorama) -> None:
+    from ..spectral_probe.figures.panorama import panorama_preview, write_png
+    from ..spectral_probe.files.probe_exr import write_probe
+
+    directory.mkdir(parents=True, exist_ok=True)
+    write_probe(directory / "probe.exr", light)
+    write_png(directory / "preview.png", panorama_preview(light))
 
 
 def _spectra(directory: Path, truth: dict[str, Any]) -> Job[dict[str, Numbers]]:
     """The spectrum of one lamp and one window beside the true one (figs. 10 and 11)."""
+    from ..spectral_probe.sample import GYM
     from ..spectral_probe.spectrum_command import spectrum
 
     found: dict[str, Numbers] = {}
     for index, name in enumerate(("lamp", "window")):
         light = truth["recommended"][name]
         at = (light["bearing_deg"], light["elevation_deg"])
-        measured = SAMPLE / "truth" / f"{name}.csv"
+        measured = GYM / "truth" / f"{name}.csv"
         job = spectrum(directory / "probe" / "probe.exr", at, measured, directory / "spectra", 0.5)
         found[name] = yield from part(job, index / 2, (index + 1) / 2)
     return found
@@ -81,7 +91,7 @@ def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, d
     yield Progress(0.0, "Setting up the scene")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
-    demo_scene(scene)
+    demo_scene(scene, _BEARING_DEG)
     scene.render.resolution_x, scene.render.resolution_y = _SIZE_PX
     objects = [thing for thing in scene.objects if thing.type == "MESH" and _is_metal(thing)]
     yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.98)
@@ -120,15 +130,16 @@ def _compare(
     comparison = compare_images(spectral, rgb, object_masks=masks, blur_px=_BLUR_PX)
     folder = directory / "comparison"
     light = mean_light(panorama)
-    ways = compare_rgb_ways(metal_reflectances(DEFAULT_METALS), light, "the gym's mean light")
+    ways = compare_rgb_ways(metal_reflectances(DEFAULT_METALS), light, "the mean light")
     write_comparison(folder / "compare.json", comparison, {"rgb_ways": ways_report(ways)})
     content = SheetContent(
         comparison,
         spectral,
         rgb,
         ways,
-        title="Gold, silver and copper in a gym",
-        subtitle="Light recovered from photographs of a mirrored ball; rendered by Cycles spectrally and in RGB",
+        title="Gold, silver and copper under stained glass",
+        subtitle="Light of a gym, recovered from photographs of a mirrored ball, behind red, yellow and green glass; "
+        "rendered by Cycles spectrally and in RGB",
         panorama=panorama_preview(panorama),
         spectra=[_plot(name, numbers) for name, numbers in spectra.items()],
         adapted_white=panorama_xyz(panorama).mean((0, 1)),

@@ -28,8 +28,8 @@ def main() -> None:
     """Do it all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "stained_glass")
-    parser.add_argument("--size", type=int, nargs=2, default=(1000, 560), help="width and height in pixels")
-    parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--size", type=int, nargs=2, default=(880, 500), help="width and height in pixels")
+    parser.add_argument("--samples", type=int, default=48)
     parser.add_argument("--probe", type=Path, help="probe.exr of the gym, where there is one already")
     parser.add_argument("--jpeg", type=Path, help="where to write the picture as JPEG too")
     words = parser.parse_args()
@@ -89,7 +89,7 @@ def write_picture(path: Path, render: Path, light: Any, jpeg: Path | None) -> No
         colorimetry.adapted_to_d65(denoised(read_xyz(render / name)), white)
         for name in ("xyz.exr", "rgb.exr")
     ]
-    exposure = display.exposure_for_white(float(np.percentile(pictures[0][..., 1], 94)))
+    exposure = display.exposure_for_white(float(np.percentile(pictures[0][..., 1], 91)))
     key = display.exposure_for_key(panorama[..., 1], light.valid)
     content = figures.StainedGlassSheet(
         display.tone_map(pictures[0], exposure),
