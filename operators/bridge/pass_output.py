@@ -116,7 +116,8 @@ def _connect(
     output.format.media_type = "MULTI_LAYER_IMAGE"
     output.format.file_format = "OPEN_EXR_MULTILAYER"
     output.format.color_depth = "32"
-    output.format.exr_codec = "NONE"  # noise does not compress, and this is written and read far faster
+    # Noise does not compress, and without is written and read far faster; mattes are runs of the same numbers.
+    output.format.exr_codec = "RLE" if any(name.startswith(OBJECT_LEVEL) for name in further) else "NONE"
     output.format.use_exr_interleave = True
     for number, source in enumerate(sources):
         wanted = {_group_output(name, groups): ("RGBA", name) for name in groups} | further

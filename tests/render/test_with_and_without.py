@@ -91,6 +91,7 @@ def test_lamps_stay_and_what_emits_is_virtual(render, furnished, luminance, tmp_
     furnished.collection.objects.link(lamp)
     tree = bpy.data.materials["Material"].node_tree
     glow = tree.nodes.new("ShaderNodeEmission")
+    glow.inputs["Strength"].default_value = 20.0
     tree.links.new(
         glow.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"]
     )
