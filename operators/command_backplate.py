@@ -78,7 +78,7 @@ def _scene(arguments: argparse.Namespace) -> bpy.types.Scene:
 def _fill(scene: bpy.types.Scene, prepared: PreparedPlate, arguments: argparse.Namespace) -> None:
     """Camera, ground, light and objects."""
     from ..spectral_probe.geometry.frames import view_angles
-    from .bridge.place_objects import place_objects
+    from .bridge.place_objects import place_objects, scale_of
     from .bridge.setting_up import set_up
     from .bridge.world import light_world
 
@@ -90,5 +90,6 @@ def _fill(scene: bpy.types.Scene, prepared: PreparedPlate, arguments: argparse.N
         light_world(scene, (folder / "world.exr").resolve())
     if arguments.scene is None:
         heading = float(np.radians(view_angles(matched.rotation)[0]))
-        height = arguments.size or 2.0 * matched.ball_radius_m
-        place_objects(scene, arguments.object or ["copper-ball"], height, heading)
+        names = arguments.object or ["copper-ball"]
+        scale = scale_of(names[0], arguments.size, matched.ball_radius_m)
+        place_objects(scene, names, scale, heading)

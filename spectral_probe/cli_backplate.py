@@ -45,7 +45,10 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         help="object to put where the ball stood; may be repeated (default copper-ball)",
     )
     parser.add_argument(
-        "--size", type=_length, metavar="M", help="height of the first object in metres (default: the ball's)"
+        "--size",
+        type=_length,
+        metavar="M",
+        help="height of the first object in metres (default: the copper ball as large as the ball was, others to it)",
     )
     parser.add_argument(
         "--view",

@@ -230,7 +230,10 @@ def _disc(radius: float, segments: int = 128) -> bpy.types.Mesh:
 
 
 def _ground_material(reflectance: GroundReflectance | Sequence[float]) -> bpy.types.Material:
-    """Matt, of one colour, or of the plate's where the camera sees it and of the mean elsewhere."""
+    """Matt, of one colour, or of the plate's where the camera sees it and of the mean elsewhere.
+
+    What the camera sees itself has the plate's colour up to the border; what metals mirror fades to the mean before it.
+    """
     material = bpy.data.materials.get(GROUND_NAME) or bpy.data.materials.new(GROUND_NAME)
     tree = material.node_tree
     tree.nodes.clear()
@@ -247,13 +250,18 @@ def _ground_material(reflectance: GroundReflectance | Sequence[float]) -> bpy.ty
     place, texture = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexImage")
     mixed = tree.nodes.new("ShaderNodeMix")
     place.location, texture.location, mixed.location = (-600.0, 0.0), (-400.0, 0.0), (-100.0, 0.0)
-    texture.image, texture.extension = image, "CLIP"
+    texture.image, texture.extension = image, "EXTEND"
     mixed.data_type = "RGBA"
     colours = {socket.identifier: socket for socket in mixed.inputs}
     colours["A_Color"].default_value = (*_working(reflectance.mean), 1.0)
     tree.links.new(place.outputs["Window"], texture.inputs["Vector"])
     tree.links.new(texture.outputs["Color"], colours["B_Color"])
-    tree.links.new(texture.outputs["Alpha"], colours["Factor_Float"])
+    path, largest = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMath")
+    path.location, largest.location = (-400.0, 300.0), (-250.0, 150.0)
+    largest.operation = "MAXIMUM"
+    tree.links.new(path.outputs["Is Camera Ray"], largest.inputs[0])
+    tree.links.new(texture.outputs["Alpha"], largest.inputs[1])
+    tree.links.new(largest.outputs[0], colours["Factor_Float"])
     result = next(socket for socket in mixed.outputs if socket.identifier == "Result_Color")
     tree.links.new(result, shader.inputs["Color"])
     return material

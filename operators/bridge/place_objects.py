@@ -13,6 +13,7 @@ from .objects import (
     add_copper_ball,
     add_gold_pedestal,
     add_silver_ball,
+    scale_beside_ball,
 )
 
 _ADD: Mapping[str, Callable[..., bpy.types.Object]] = {
@@ -29,8 +30,13 @@ _APART_M = 0.37
 """Between the middles of things that stand side by side: the pedestal and the large ball clear each other."""
 
 
+def scale_of(name: str, height_m: float | None, ball_radius_m: float) -> float:
+    """The scale at which an object has a height; without one, the copper ball is as large as the mirrored one was."""
+    return scale_beside_ball(ball_radius_m) if height_m is None else height_m / _HEIGHT_M[name]
+
+
 def place_objects(
-    scene: bpy.types.Scene, names: Sequence[str], height_m: float, heading_rad: float
+    scene: bpy.types.Scene, names: Sequence[str], scale: float, heading_rad: float
 ) -> list[bpy.types.Object]:
     """Put objects on the ground at the world's origin, the first where the ball stood and the others to its right.
 
@@ -42,12 +48,11 @@ def place_objects(
         The scene.
     names
         "gold-pedestal", "silver-ball", "copper-ball".
-    height_m
-        Of the first object; the others keep their sizes to it.
+    scale
+        Of all of them, in metres (`scale_of`).
     heading_rad
         Compass bearing of the camera's view: what "right" is.
     """
-    scale = height_m / _HEIGHT_M[names[0]]
     unit = scene.unit_settings.scale_length
     right = np.array([math.cos(heading_rad), -math.sin(heading_rad), 0.0])
     nearer = -np.array([math.sin(heading_rad), math.cos(heading_rad), 0.0])
@@ -59,7 +64,5 @@ def place_objects(
         else:
             place = standing * _APART_M * right + (0.4 * _APART_M * nearer if standing % 2 else 0.0)
             standing += 1
-        thing = _ADD[name](scene.collection, tuple(place * scale / unit))
-        thing.scale = (scale / unit,) * 3
-        placed.append(thing)
+        placed.append(_ADD[name](scene.collection, tuple(place * scale / unit), scale / unit))
     return placed

@@ -175,10 +175,10 @@ def ground_distance(backplate: Backplate) -> FloatArray:
 
 
 def faded(ground: GroundReflectance, border_px: int) -> npt.NDArray[np.float32]:
-    """The pixels with an alpha channel (h, w, 4) that fades to 0 towards the picture's border, where the mean takes over."""
+    """The pixels with an alpha channel (h, w, 4) that fades to 0 at the picture's border, where the mean takes over."""
     inside = cv2.copyMakeBorder(ground.seen.astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
     away = np.asarray(cv2.distanceTransform(inside, cv2.DIST_L2, 5), np.float32)[1:-1, 1:-1]
-    alpha = np.clip(away / max(border_px, 1), 0.0, 1.0)
+    alpha = np.clip((away - 1.0) / max(border_px, 1), 0.0, 1.0)
     return np.dstack([ground.pixels, alpha]).astype(np.float32)
 
 

@@ -132,9 +132,10 @@ def test_the_verb_writes_a_scene_with_objects_where_the_ball_stood(
     assert in_extension("operators.bridge.backplate").scene_backplate(scene) is not None
     pedestal, silver = bpy.data.objects["Gold Pedestal"], bpy.data.objects["Silver Ball"]
     np.testing.assert_allclose(pedestal.location, 0.0, atol=1e-6)
-    assert pedestal.dimensions.z == pytest.approx(0.12, rel=1e-3)  # as high as the ball
-    assert silver.location.z == pytest.approx(0.12, rel=1e-3)
-    assert bpy.data.objects["Copper Ball"].location.z == pytest.approx(0.0, abs=1e-6)
+    copper = bpy.data.objects["Copper Ball"]
+    assert copper.dimensions.z == pytest.approx(0.12, rel=1e-3)  # as large as the ball was
+    assert copper.location.z == pytest.approx(0.0, abs=1e-6)
+    assert silver.location.z == pytest.approx(pedestal.dimensions.z, rel=1e-3)
     assert not any(thing.is_shadow_catcher for thing in (pedestal, silver))
 
 
