@@ -30,6 +30,11 @@ one channel before the others: there it goes over into the proportion."""
 SPECK_PX = 16
 """Changed areas of fewer pixels, away from any object, are noise."""
 
+_WHOLE = 0.999
+"""Share of a pixel from which it counts as covered wholly."""
+
+_BESIDE_PX = 7
+
 _DARK = 2e-3
 """Share of the plate's brightness (its 99th percentile) that counts as black: changes are told against no less."""
 
@@ -132,11 +137,14 @@ def differential(
         floor = (ground > 0) & ~touched
         difference, weight, alone = _on_ground(plate, with_, without, floor, smooth=smooth)
         weight[_specks(weight > 0, touched)] = 0
+        steady = _steadied(without, alone, difference, floor) if smooth else without
         shaded, limited = _shaded(plate, difference, alone)
         limited &= weight > 0
         np.copyto(pixels, shaded, where=(weight > 0)[..., None])
         difference = np.where((weight > 0)[..., None], pixels - plate, np.float32(0))
-        under = without * _seen_beside(covered, ground, without_alpha)[..., None]
+        whole = (covered + ground if without_alpha is None else without_alpha) > _WHOLE
+        under = np.where(whole[..., None], steady, without)
+        under *= _seen_beside(covered, ground, without_alpha)[..., None]
     mixed = plate * (1 - covered)[..., None] + with_ - under
     # A plate's own noise about black may be negative; nothing else may.
     np.copyto(pixels, np.maximum(mixed, np.minimum(plate, 0)), where=touched[..., None])
@@ -183,6 +191,20 @@ def _shaded(plate: FloatArray, difference: FloatArray, without: FloatArray) -> t
     part = np.clip(1 - least / np.float32(DARKEST_SHARE), 0, 1)
     proportion += np.maximum(difference, 0)  # what a channel gains is added all the same
     return changed + part * (proportion - changed), part[..., 0] > 0
+
+
+def _steadied(without: FloatArray, alone: FloatArray, difference: FloatArray, floor: BoolArray) -> FloatArray:
+    """The ground (H, W, 3) at the objects' edges, with as much of its noise as the render with the objects shares.
+
+    In the open both renders have the same noise, which must cancel; in the shadow of an object hardly any is common, and the
+    ground's own would only add to it. So its share is that of the light which the objects leave, as seen on the ground beside.
+    """
+    left = np.clip(1 + np.divide(difference, alone, out=np.zeros_like(alone), where=alone > 0), 0, 1)
+    side = (_BESIDE_PX, _BESIDE_PX)
+    beside = cv2.blur(np.asarray(floor, np.float32), side)[..., None]
+    near = cv2.blur(np.asarray(left * floor[..., None], np.float32), side)
+    shared = np.where(beside > 0, near / np.maximum(beside, 1e-6), np.float32(1))
+    return np.asarray(alone + shared * (without - alone), np.float32)
 
 
 def _seen_beside(covered: FloatArray, ground: FloatArray, without_alpha: FloatArray | None) -> FloatArray:

@@ -12,7 +12,9 @@ from matplotlib.figure import Figure
 from ..render.compare import Comparison
 from .diagram import draw_diagram, with_d65
 from .style import INK, VERMILION, axes_at, house_style, new_figure
-from .table import largest_objects
+from .table import largest_objects, short_name
+
+_LETTERS = 16  # of a name on the diagram
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ def draw_chromaticity(axes: Axes, shifts: Sequence[ChromaticityShift]) -> None:
         if shift.xy_rgb is not None:
             diagram.labels.keep_line_free(np.array([shift.xy_spectral, shift.xy_rgb]))
     for shift in shifts:
-        diagram.labels.name(shift.name, shift.xy_spectral)
+        diagram.labels.name(short_name(shift.name, _LETTERS), shift.xy_spectral)
     diagram.number_ticks()
     _draw_key(axes, bool(rgb))
 

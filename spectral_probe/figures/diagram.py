@@ -100,10 +100,10 @@ class Labels:
         kept = self.taken if needed else self.lines
         page = self._page(points)
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(page, axis=0).T))])
-        at = np.linspace(0.0, lengths[-1], 2 + int(lengths[-1] / _LINE_STEP_PT))
+        shown, at = self._extent(), np.linspace(0.0, lengths[-1], 2 + int(lengths[-1] / _LINE_STEP_PT))
         for x, y in zip(*(np.interp(at, lengths, column) for column in page.T), strict=True):
             dot = Box(x - 1, x + 1, y - 1, y + 1)
-            if dot.meets(self._extent()):
+            if dot.meets(shown):
                 kept.append(dot)
 
     def keep_axes_free(self, inset: Axes) -> None:
@@ -113,7 +113,7 @@ class Labels:
         self.taken.append(Box(left, right, bottom, top))
 
     def name(self, text: str, xy: Sequence[float], size_pt: float = 8.0, colour: str = INK) -> None:
-        """Write a name beside a point at the first of several places that is free; at the first of all where none is."""
+        """Write a name beside a point at the first of several places that is free; where none is, where it covers least."""
         places = [(side * (7.0 + abs(rise) / 8), rise) for rise in _NAME_RISES for side in (1.0, -1.0)]
         written = self.axes.annotate(
             text,
@@ -127,7 +127,7 @@ class Labels:
         )
         boxes = self._boxes(written, xy, places)
         clear = [n for n in self._free(boxes) if not any(boxes[n].meets(line) for line in self.lines)]
-        chosen = next(iter(clear or self._free(boxes)), 0)
+        chosen = next(iter(clear or self._free(boxes) or [self._least_covered(boxes)]))
         self._put(written, places, boxes, chosen)
         if abs(places[chosen][1]) > _NEAR_PT:
             self._lead(xy, boxes[chosen], places[chosen])
@@ -184,6 +184,12 @@ class Labels:
             for number, box in enumerate(boxes)
             if box.within(page) and not any(box.meets(other) for other in self.taken)
         ]
+
+    def _least_covered(self, boxes: Sequence[Box]) -> int:
+        """Which box covers least, where none is free; those within the axes first."""
+        page = self._extent()
+        covers = [sum(box.meets(other) for other in self.taken) for box in boxes]
+        return min(range(len(boxes)), key=lambda n: (not boxes[n].within(page), covers[n]))
 
     def _lead(self, xy: Sequence[float], box: Box, place: tuple[float, float]) -> None:
         """A hair line from a point to its name, where that stands away from it."""

@@ -324,6 +324,12 @@ def _notes(content: SheetContent) -> list[str]:
         lines.append(
             f"The {MOST_ROWS} largest of {len(comparison.objects)} objects; all are in compare.json."
         )
+    if any(comparison.not_finite):
+        lines.append(
+            "Left out as not numbers: {} pixels of the spectral, {} of the RGB render.".format(
+                *comparison.not_finite
+            )
+        )
     if comparison.unseen_objects:
         lines.append(f"Not in the picture: {', '.join(comparison.unseen_objects)}.")
     return lines

@@ -30,7 +30,7 @@ def largest_objects(comparison: Comparison) -> tuple[RegionComparison, ...]:
 
 def difference_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """The cells of the table of differences: the objects, then the whole image blurred and raw."""
-    rows = [_cells(_short(region.name), region, raw=False) for region in largest_objects(comparison)]
+    rows = [_cells(short_name(region.name), region, raw=False) for region in largest_objects(comparison)]
     if comparison.image.blurred is not None:
         rows.append(_cells(f"image, σ {comparison.blur_px:g} px", comparison.image, raw=False))
     rows.append(_cells("image, raw", comparison.image, raw=True))
@@ -53,15 +53,18 @@ def _cells(name: str, region: RegionComparison, *, raw: bool) -> tuple[str, ...]
     )
 
 
-def _short(name: str) -> str:
-    """A name that fits its column.
+def short_name(name: str, most: int = _LONGEST_NAME) -> str:
+    """A name of so many letters at most: the middle is left out, as numbers stand at the end.
 
     Examples
     --------
-    >>> _short("Copper Ball"), _short("A very long name of an object")
-    ('Copper Ball', 'A very long name of a…')
+    >>> short_name("Copper Ball"), short_name("A very long name of an object.003")
+    ('Copper Ball', 'A very long…object.003')
     """
-    return name if len(name) <= _LONGEST_NAME else name[: _LONGEST_NAME - 1] + "…"
+    if len(name) <= most:
+        return name
+    tail = (most - 1) // 2
+    return f"{name[: most - 1 - tail]}…{name[-tail:]}"
 
 
 def _signed(value: float) -> str:

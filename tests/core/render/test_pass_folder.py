@@ -108,7 +108,7 @@ def test_damage_is_seen(folder, damage):
 
 
 @pytest.mark.parametrize(
-    "content", ["", "{", "[]", "null", '{"format": "other"}', '{"format": "spectral-probe-passes-1"}']
+    "content", ["", "{", "[]", "null", '{"format": "other"}', '{"format": "spectral-probe-passes-2"}']
 )
 def test_a_damaged_index_knows_nothing(folder, content):
     (folder.directory / INDEX_NAME).write_text(content)
