@@ -127,7 +127,10 @@ def _compare(
     from ..spectral_probe.spectra.colorimetry import panorama_xyz
 
     spectral, rgb = read_xyz(directory / "render" / "xyz.exr"), read_xyz(directory / "render" / "rgb.exr")
-    comparison = compare_images(spectral, rgb, object_masks=masks, blur_px=_BLUR_PX)
+    # White by the metals: the windows behind them are far brighter, and would leave them dark.
+    metals = np.logical_or.reduce(list(masks.values()))
+    white = float(np.percentile(spectral[metals, 1], 95))
+    comparison = compare_images(spectral, rgb, white_luminance=white, object_masks=masks, blur_px=_BLUR_PX)
     folder = directory / "comparison"
     light = mean_light(panorama)
     ways = compare_rgb_ways(metal_reflectances(DEFAULT_METALS), light, "the mean light")
@@ -163,7 +166,7 @@ def _plot(name: str, numbers: Numbers) -> Any:
 
     table = np.genfromtxt(numbers["csv"], delimiter=",", names=True)
     return SpectrumPlot(
-        name.capitalize(),
+        "Lamp" if name == "lamp" else "Window, without the glass",
         table["wavelength_nm"],
         table["radiance"],
         table["measured"],
