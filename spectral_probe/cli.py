@@ -30,6 +30,8 @@ BAD_INPUT = 2
 STOPPED = 130
 _BAR_WIDTH = 28
 _LINE_EVERY_S = 10.0
+_MOST_NUMBERS = 30
+"""Lists of more numbers, such as a spectrum, are told by their length and range; `--json` has them."""
 _BLENDER_VERBS = ("backplate", "demo", "render")
 
 
@@ -313,5 +315,22 @@ def _plain(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.5g}"
     if isinstance(value, list | tuple):
+        numbers = _numbers_in(value)
+        if len(numbers) > _MOST_NUMBERS:
+            return f"{len(numbers)} numbers, {_plain(min(numbers))} to {_plain(max(numbers))}"
         return ", ".join(_plain(item) for item in value)
     return "-" if value is None else str(value)
+
+
+def _numbers_in(value: object) -> list[float]:
+    """The numbers of a list and of lists within it; none where it holds anything else.
+
+    Examples
+    --------
+    >>> _numbers_in([[1, 2.5], [3.0]]), _numbers_in([1, "two"])
+    ([1, 2.5, 3.0], [])
+    """
+    if isinstance(value, list | tuple):
+        parts = [_numbers_in(item) for item in value]
+        return [] if not all(parts) else [number for part in parts for number in part]
+    return [value] if isinstance(value, int | float) else []

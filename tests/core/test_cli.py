@@ -214,3 +214,24 @@ def test_long_work_away_from_a_terminal_tells_how_far_it_is(tmp_path, capsys, mo
 
     assert main(["render", "a.blend", "--probe", "p.exr", "-o", str(tmp_path)], {"render": render}) == 0
     assert capsys.readouterr().err == " 50% rendering\n"
+
+
+def test_long_lists_of_numbers_are_told_briefly_and_whole_in_json(tmp_path, capsys):
+    light, few = [0.5 + 0.125 * band for band in range(61)], [410.0, 530.0, 600.0]
+    pairs = [[float(number), -number] for number in range(20)]
+
+    def render(_):
+        yield Progress(0.5, "rendering")
+        return {"mean_light": light, "pairs": pairs, "wavelengths_nm": few, "objects": ["Ball"] * 40}
+
+    words = ["render", "a.blend", "--probe", "p.exr", "-o", str(tmp_path)]
+    assert main(words, {"render": render}) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[:3] == [
+        "mean light: 61 numbers, 0.5 to 8",
+        "pairs: 40 numbers, -19 to 19",
+        "wavelengths nm: 410, 530, 600",
+    ]
+    assert told[3].count("Ball") == 40  # names are never left out
+    assert main([*words, "--json"], {"render": render}) == 0
+    assert json.loads(capsys.readouterr().out)["mean_light"] == light
