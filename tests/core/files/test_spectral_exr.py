@@ -4,7 +4,8 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from spectral_probe.commands import compare, read_tristimulus, read_xyz
+from spectral_probe.commands import read_tristimulus, read_xyz
+from spectral_probe.compare_command import compare
 from spectral_probe.errors import FileFormatError, SpectralDataError
 from spectral_probe.files.image_exr import write_channels
 from spectral_probe.files.spectral_channels import spectrum_of_text, text_of_spectrum
@@ -187,7 +188,7 @@ def test_compare_says_what_it_did_not_use(tmp_path):
     channels = {f"S{k}.{nm}nm": 1.0 for k in range(4) for nm in (380, 780)}
     written(tmp_path / "polarised.exr", channels)
     write_channels(tmp_path / "rgb.exr", {name: np.ones((2, 3), np.float32) for name in "RGB"})
-    numbers = finish(compare(tmp_path / "polarised.exr", tmp_path / "rgb.exr", tmp_path / "out", 0.0))
+    numbers = finish(compare(tmp_path / "polarised.exr", tmp_path / "rgb.exr", tmp_path / "out"))
     assert numbers["remarks"] == ["polarised.exr is polarised: its intensity S0 is used, S1 to S3 are not."]
 
 
