@@ -118,10 +118,13 @@ def match_plate(probe: Path, plate: Path, settings: MatchSettings) -> Job[PlateM
     yield Progress(0.25, "Reading the photograph of the ball")
     nearest = _nearest(view, stated)
     beside, remarks = _photograph_of_ball(view, nearest, photograph)
-    turn, alignment = np.eye(3), None
+    turn: FloatArray = np.eye(3)
+    alignment: PlateAlignment | None = None
     ball_px = _ball_in(view, nearest)
     exposure = stated if stated is not None else view.exposures[nearest]
-    if settings.align and beside is not None:
+    if beside is photograph:  # the plate is one of the ball's photographs
+        turn = _turn_to(view, nearest)
+    elif settings.align and beside is not None:
         yield Progress(0.5, "Aligning the plate")
         brighter = exposure / view.exposures[nearest]
         alignment = align_plate(beside, photograph, view.camera, ball_px, brighter)

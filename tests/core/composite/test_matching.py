@@ -187,6 +187,16 @@ def test_the_ball_is_where_it_was_photographed_and_stands_on_the_ground(found: P
     np.testing.assert_allclose(np.arccos(rim @ axis), np.arcsin(RADIUS_M / np.linalg.norm(BALL_M)), atol=3e-4)
 
 
+def test_a_photograph_of_the_ball_itself_needs_no_alignment(probe: Path) -> None:
+    found = matched(probe, probe / "ball_1.png", MatchSettings(exposure=Exposure(0.04)))
+    assert found.alignment is None
+    assert found.remarks == ()
+    np.testing.assert_allclose(found.backplate.gain, np.ones(3))
+    assert found.backplate.ball_centre_m is not None
+    seen = world_to_plate(found.backplate, found.backplate.ball_centre_m)
+    np.testing.assert_allclose(seen, ball_circle()[:2], atol=1e-3)
+
+
 def test_the_ground_may_lie_lower(probe: Path, plate: Path) -> None:
     level, below = (
         matched(probe, plate, replace(SETTINGS, align=False, ground_below_m=metres)).backplate
