@@ -81,7 +81,8 @@ def test_the_operator_sets_up_what_the_core_matched(
     np.testing.assert_allclose(ready.backplate.ground_mean, expected.ground_mean, rtol=1e-5)
 
 
-def test_an_object_added_to_a_plate_is_as_large_as_the_ball_was(ready: Any) -> None:
+@pytest.mark.usefixtures("ready")
+def test_an_object_added_to_a_plate_is_as_large_as_the_ball_was() -> None:
     bpy.ops.spectral_probe.match_backplate()
     bpy.ops.spectral_probe.add_object(kind="COPPER_BALL")
     assert bpy.context.object.dimensions.z == pytest.approx(0.12, rel=1e-3)
@@ -89,8 +90,9 @@ def test_an_object_added_to_a_plate_is_as_large_as_the_ball_was(ready: Any) -> N
     assert bpy.context.object.dimensions.z == pytest.approx(0.34, rel=1e-3)
 
 
+@pytest.mark.usefixtures("ready")
 def test_a_quick_look_at_part_of_the_resolution_lies_on_the_plate(
-    ready: Any, probe: Path, scene: Any, in_extension: Importer
+    probe: Path, scene: Any, in_extension: Importer
 ) -> None:
     bpy.ops.spectral_probe.match_backplate()
     bpy.context.view_layer.update()
@@ -104,7 +106,8 @@ def test_a_quick_look_at_part_of_the_resolution_lies_on_the_plate(
     assert in_extension("operators.bridge.backplate").scene_backplate(scene) is None
 
 
-def test_the_ground_does_not_hide_the_photograph(ready: Any) -> None:
+@pytest.mark.usefixtures("ready")
+def test_the_ground_does_not_hide_the_photograph() -> None:
     bpy.ops.spectral_probe.match_backplate()
     assert bpy.data.objects["Ground"].display_type == "WIRE"
 
