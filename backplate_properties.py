@@ -108,7 +108,7 @@ class SPECTRAL_PROBE_PG_backplate(bpy.types.PropertyGroup):
     )
     gain: FloatVectorProperty(
         name="Gain",
-        description="How many times brighter the plate is than the photographs of the ball, apart from exposure",
+        description="How many times brighter the plate is than the photographs of the ball, apart from exposure. 0: not measured",
         size=3,
         precision=3,
     )

@@ -24,11 +24,13 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
     )
     size: FloatProperty(
         name="Size",
-        description="Size of the object, as a multiple: at 1 the pedestal is 0.5 m high and the copper ball 0.34 m wide",
+        description="Size of the object, as a multiple: at 1 the pedestal is 0.5 m high and the copper ball 0.34 m wide. "
+        "On a matched photograph the copper ball is as large as the mirrored ball was, unless this is given",
         default=1.0,
         min=0.001,
         soft_min=0.05,
         soft_max=10.0,
+        options={"SKIP_SAVE"},
     )
 
     @classmethod
@@ -40,6 +42,8 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
         """Add it and make it the active object."""
         from .bridge import objects
 
+        if context.scene.spectral_probe.backplate.matched and not self.properties.is_property_set("size"):
+            self.size = _size_beside_ball(context.scene)
         add = {
             "GOLD_PEDESTAL": objects.add_gold_pedestal,
             "SILVER_BALL": objects.add_silver_ball,
@@ -51,3 +55,14 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
         added.select_set(True)
         context.view_layer.objects.active = added
         return FINISHED
+
+
+def _size_beside_ball(scene: bpy.types.Scene) -> float:
+    """The size at which the copper ball is as large as the mirrored ball of the scene's plate."""
+    from .bridge.backplate import scene_backplate
+    from .bridge.objects import scale_beside_ball
+
+    found = scene_backplate(scene)  # None where the camera was moved since
+    if found is None:
+        return scale_beside_ball(scene.spectral_probe.ball_radius)
+    return scale_beside_ball(found.ball_radius_m / scene.unit_settings.scale_length)

@@ -101,12 +101,20 @@ class SPECTRAL_PROBE_OT_match_backplate(JobOperator, bpy.types.Operator):
 
         plate = context.scene.spectral_probe.backplate.plate
         set_up(context.scene, result)
+        _look_through_camera(context)
         context.scene.spectral_probe.backplate.plate = plate  # as chosen: it may be relative to the .blend
         alignment = result.match.alignment
         moved = "" if alignment is None else f", {max(map(abs, alignment.shift_px)):.2f} px moved"
         self.report({"INFO"}, f"Camera matched to {result.match.backplate.photo.name}{moved}")
         for remark in result.remarks:  # last, because the status bar shows the last report
             self.report({"WARNING"}, remark)
+
+
+def _look_through_camera(context: bpy.types.Context) -> None:
+    """The viewport that the button was pressed beside shows the photograph."""
+    view = context.space_data if context.area is not None and context.area.type == "VIEW_3D" else None
+    if view is not None:
+        view.region_3d.view_perspective = "CAMERA"
 
 
 class SPECTRAL_PROBE_OT_add_ground(JobOperator, bpy.types.Operator):

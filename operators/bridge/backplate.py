@@ -16,10 +16,10 @@ from mathutils import Matrix
 
 from ...spectral_probe.composite.backplate_file import backplate_from, backplate_table, save_backplate
 from ...spectral_probe.composite.ground import GroundReflectance, faded
-from ...spectral_probe.composite.plate_geometry import frame_camera, undistorted
+from ...spectral_probe.composite.plate_geometry import at_frame_size, frame_camera, undistorted
 from ...spectral_probe.composite_model import BACKPLATE_NAME, Backplate
 from ...spectral_probe.photo.samples import linear_to_srgb
-from .camera_backplate import camera_backplate
+from .camera_backplate import camera_backplate, rendered_size
 
 CAMERA_NAME = "Backplate Camera"
 GROUND_NAME = "Ground"
@@ -104,12 +104,13 @@ def scene_backplate(scene: bpy.types.Scene) -> Backplate | None:
 
 
 def sees_the_same(scene: bpy.types.Scene, backplate: Backplate) -> bool:
-    """Whether the scene's camera is that of a backplate, to half a pixel at the corners of what it renders."""
-    render = scene.render
-    wanted = frame_camera(backplate)
-    share = render.resolution_percentage / 100.0
-    size = (int(render.resolution_x * share), int(render.resolution_y * share))
-    if scene.camera is None or render.use_border or size != wanted.size_px:
+    """Whether the scene's camera is that of a backplate, to half a pixel at the corners of what it renders.
+
+    It may render at another size: at a percentage of the resolution, for a quick look.
+    """
+    size = rendered_size(scene)
+    wanted = frame_camera(at_frame_size(backplate, size))
+    if scene.camera is None or scene.render.use_border:
         return False
     own = camera_backplate(scene, size)
     if own is None:
@@ -128,8 +129,10 @@ def sees_the_same(scene: bpy.types.Scene, backplate: Backplate) -> bool:
 def write_backplate(scene: bpy.types.Scene, size_px: tuple[int, int], directory: Path) -> None:
     """Write backplate.json into the folder of a scene's render: its photograph's, or only its camera; nothing without one."""
     found = scene_backplate(scene)
-    if found is None or found.frame_px[2:] != size_px:
+    if found is None or size_px != rendered_size(scene):
         found = camera_backplate(scene, size_px)
+    else:
+        found = at_frame_size(found, size_px)
     if found is not None:
         save_backplate(directory / BACKPLATE_NAME, found)
 
@@ -216,6 +219,7 @@ def add_ground(
     mesh.name = GROUND_NAME
     ground.location = (0.0, 0.0, height_m / scale)
     ground.is_shadow_catcher = True
+    ground.display_type = "WIRE"  # or it would hide the photograph where objects are put
     mesh.materials.append(_ground_material(reflectance))
     return ground
 

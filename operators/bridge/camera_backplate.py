@@ -9,6 +9,13 @@ from ...spectral_probe.composite_model import Backplate
 from ...spectral_probe.model import Camera
 
 
+def rendered_size(scene: bpy.types.Scene) -> tuple[int, int]:
+    """Width and height of a scene's whole frame in pixels, in whole numbers as Blender reckons them."""
+    render = scene.render
+    percent = render.resolution_percentage
+    return render.resolution_x * percent // 100, render.resolution_y * percent // 100
+
+
 def camera_backplate(scene: bpy.types.Scene, size_px: tuple[int, int]) -> Backplate | None:
     """The scene's camera as the camera of a backplate without a photograph; None where it is no perspective one.
 
@@ -25,8 +32,7 @@ def camera_backplate(scene: bpy.types.Scene, size_px: tuple[int, int]) -> Backpl
     corners = np.array(camera.data.view_frame(scene=scene))
     (left, bottom, _), (right, top, _) = corners.min(0), corners.max(0)
     depth = -corners[0, 2]
-    share = render.resolution_percentage / 100
-    width, height = int(render.resolution_x * share), int(render.resolution_y * share)
+    width, height = rendered_size(scene)
     per_unit = width / (right - left), height / (top - bottom)
     principal = np.array([-left * per_unit[0], top * per_unit[1]])
     if size_px != (width, height):  # cropped to the border

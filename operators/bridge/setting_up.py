@@ -43,5 +43,5 @@ def keep_numbers(scene: bpy.types.Scene, prepared: PreparedPlate) -> None:
     kept.aligned = match.alignment is not None
     kept.shift_px = (0.0, 0.0) if match.alignment is None else match.alignment.shift_px
     kept.error_px = 0.0 if match.alignment is None else match.alignment.error_px
-    kept.gain = (1.0, 1.0, 1.0) if match.gain is None else [float(value) for value in match.gain]
+    kept.gain = (0.0, 0.0, 0.0) if match.gain is None else [float(value) for value in match.gain]
     kept.remarks = "\n".join(prepared.remarks)

@@ -110,6 +110,30 @@ def frame_camera(backplate: Backplate) -> Camera:
     return replace(camera, principal_px=principal, size_px=(width, height))
 
 
+def at_frame_size(backplate: Backplate, size_px: tuple[int, int]) -> Backplate:
+    """The same backplate with its frame rendered at another size (width, height).
+
+    A bent picture's own size is rounded to whole pixels, which stretches it by half a pixel at most.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> camera = Camera((900.0, 900.0), (310.0, 200.0), (600, 400))
+    >>> plate = Backplate(camera, np.eye(3), np.zeros(3), Path("plate.exr"), (600, 400), (0.0, 0.0, 600, 400))
+    >>> small = at_frame_size(plate, (120, 80))
+    >>> small.camera.focal_px, small.camera.size_px, small.frame_px, small.photo_size_px
+    ((180.0, 180.0), (120, 80), (0.0, 0.0, 120, 80), (600, 400))
+    """
+    left, top, *frame = backplate.frame_px
+    if tuple(frame) == size_px:
+        return backplate
+    sizes = zip(backplate.camera.size_px, size_px, frame, strict=True)
+    width, height = (max(1, round(own * new / old)) for own, new, old in sizes)
+    camera = at_size(backplate.camera, (width, height))
+    across, down = (new / old for new, old in zip(camera.size_px, backplate.camera.size_px, strict=True))
+    return replace(backplate, camera=camera, frame_px=(left * across, top * down, *size_px))
+
+
 def undistorted(picture: FloatArray, backplate: Backplate) -> npt.NDArray[np.float32]:
     """A picture (H, W) or (H, W, C) of the plate's camera as the frame shows it; 0 beyond the picture."""
     camera, frame = backplate.camera, frame_camera(backplate)

@@ -81,6 +81,37 @@ def test_the_operator_sets_up_what_the_core_matched(
     np.testing.assert_allclose(ready.backplate.ground_mean, expected.ground_mean, rtol=1e-5)
 
 
+@pytest.mark.usefixtures("ready")
+def test_an_object_added_to_a_plate_is_as_large_as_the_ball_was() -> None:
+    bpy.ops.spectral_probe.match_backplate()
+    bpy.ops.spectral_probe.add_object(kind="COPPER_BALL")
+    assert bpy.context.object.dimensions.z == pytest.approx(0.12, rel=1e-3)
+    bpy.ops.spectral_probe.add_object(kind="COPPER_BALL", size=1.0)
+    assert bpy.context.object.dimensions.z == pytest.approx(0.34, rel=1e-3)
+
+
+@pytest.mark.usefixtures("ready")
+def test_a_quick_look_at_part_of_the_resolution_lies_on_the_plate(
+    probe: Path, scene: Any, in_extension: Importer
+) -> None:
+    bpy.ops.spectral_probe.match_backplate()
+    bpy.context.view_layer.update()
+    scene.render.resolution_percentage = 25
+    in_extension("operators.bridge.backplate").write_backplate(scene, (16, 12), probe)
+    found = in_extension("spectral_probe.composite.backplate_file").load_backplate(probe / "backplate.json")
+    assert found.photo == probe / "plate.exr"
+    assert found.frame_px == (0.0, 0.0, 16, 12)
+    assert found.camera.focal_px == pytest.approx((20.0, 20.0))
+    scene.render.resolution_x = 128  # another picture: the plate's camera no longer
+    assert in_extension("operators.bridge.backplate").scene_backplate(scene) is None
+
+
+@pytest.mark.usefixtures("ready")
+def test_the_ground_does_not_hide_the_photograph() -> None:
+    bpy.ops.spectral_probe.match_backplate()
+    assert bpy.data.objects["Ground"].display_type == "WIRE"
+
+
 def test_the_ground_is_laid_anew(ready: Any, scene: Any) -> None:
     bpy.ops.spectral_probe.match_backplate()
     plate = ready.backplate
