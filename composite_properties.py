@@ -38,6 +38,11 @@ class SPECTRAL_PROBE_PG_composite(bpy.types.PropertyGroup):
         precision=5,
         unit="TIME_ABSOLUTE",
     )
+    denoised: BoolProperty(
+        name="Denoised Objects",
+        description="Take the objects without their noise, where the render was denoised",
+        default=True,
+    )
     show: EnumProperty(
         name="Show",
         description="Which picture the image editor shows",

@@ -49,7 +49,9 @@ class SPECTRAL_PROBE_OT_composite(JobOperator, bpy.types.Operator):
             camera=settings.camera.strip() or None,
             exposure_s=settings.exposure_s or None,
         )
-        return composite(rendered, plate, rendered / FOLDER, CompositeSettings(known))
+        return composite(
+            rendered, plate, rendered / FOLDER, CompositeSettings(known, denoised=settings.denoised)
+        )
 
     def done(self, context: bpy.types.Context, result: Numbers) -> None:
         """Keep the numbers in the scene, show the picture, and say what is less than right."""

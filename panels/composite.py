@@ -20,6 +20,7 @@ class SPECTRAL_PROBE_PT_composite(InSidebar, bpy.types.Panel):
             column.prop(settings, "srgb")
             column.prop(settings, "camera")
             column.prop(settings, "exposure_s")
+        column.prop(settings, "denoised")
         column.prop(settings, "show")
         job_button(layout, context, "spectral_probe.composite", "IMAGE_BACKGROUND")
         if settings.directory:

@@ -42,6 +42,11 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-rgb", action="store_true", help="leave out the composite of the ordinary RGB render"
     )
+    parser.add_argument(
+        "--as-rendered",
+        action="store_true",
+        help="take the objects with their noise, even where the render was denoised",
+    )
 
 
 def run(arguments: argparse.Namespace) -> Job[dict[str, Any]]:
@@ -56,7 +61,7 @@ def run(arguments: argparse.Namespace) -> Job[dict[str, Any]]:
         iso=arguments.iso,
         f_number=arguments.f_number,
     )
-    settings = CompositeSettings(plate, rgb=not arguments.no_rgb)
+    settings = CompositeSettings(plate, rgb=not arguments.no_rgb, denoised=not arguments.as_rendered)
     return composite(arguments.render, arguments.plate, arguments.output, settings)
 
 

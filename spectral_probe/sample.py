@@ -7,11 +7,13 @@ import math
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 from .errors import CaptureError
-from .model import SpectralPanorama
+from .model import BoolArray, SpectralPanorama
 from .spectra.edits import apply_edit, glass_edit
+from .spectra.growing import panorama_luminance
 from .spectra.regions import polygon_mask
 
 GYM = Path(__file__).resolve().parents[1] / "sample_scenes" / "gym"
@@ -19,8 +21,17 @@ GYM = Path(__file__).resolve().parents[1] / "sample_scenes" / "gym"
 GLASSES = ("red", "yellow", "green")
 """The paper's three, before the windows from west to east, and over again."""
 
-_REVEAL_M = 0.25
-"""How far a pane's region reaches beyond the window: the white reveal glares, and photographs of a ball blur it by a degree."""
+_WALL_M = 0.35
+"""Thickness of the wall with the windows, `sample_scenes/gym/builder/layout.py`; the panes are level with its outside."""
+
+_MARGIN_M = 0.25
+"""How far beyond its opening a window's light is looked for: photographs of a ball blur and shift it by up to a degree."""
+
+_BRIGHT = 0.2
+"""Share of a window's light from which a texel belongs to it: the wall beside has a tenth."""
+
+_BARS_DEG = 2.5
+"""Glazing bars are less wide, and belong to the window."""
 
 
 def gym_truth() -> dict[str, Any]:
@@ -43,18 +54,20 @@ def gym_truth() -> dict[str, Any]:
 
 
 def window_polygons(truth: dict[str, Any]) -> list[tuple[tuple[float, float], ...]]:
-    """The windows' corners as seen from the ball, (bearing, elevation) in degrees, from west to east.
+    """Corners about the windows' openings as seen from the ball, (bearing, elevation) in degrees, from west to east.
+
+    The openings are those in the wall's inside: what is seen in them is the panes and, glaring in their light, the white reveals.
 
     Examples
     --------
     >>> corners = window_polygons(gym_truth())[3]  # from the bottom left corner on, counter-clockwise
     >>> [[round(float(angle)) for angle in corner] for corner in corners]
-    [[352, 8], [16, 8], [16, 30], [352, 31]]
+    [[352, 8], [17, 8], [17, 31], [352, 32]]
     """
-    half_width, half_height = (side / 2 + _REVEAL_M for side in truth["window_size_m"])
+    half_width, half_height = (side / 2 + _MARGIN_M for side in truth["window_size_m"])
     polygons = []
     for window in truth["windows"]:
-        east, north, up = np.subtract(window["at_m"], truth["ball_at_m"])
+        east, north, up = np.subtract(window["at_m"], truth["ball_at_m"]) - (0.0, _WALL_M, 0.0)
         polygons.append(
             tuple(
                 _bearing(east + right * half_width, north, up + above * half_height)
@@ -74,11 +87,20 @@ def stained_gym(panorama: SpectralPanorama) -> SpectralPanorama:
     """
     windows = window_polygons(gym_truth())
     for first, glass in enumerate(GLASSES):
-        masks = [polygon_mask(corners, *panorama.valid.shape) for corners in windows[first :: len(GLASSES)]]
-        panes = np.logical_or.reduce(masks)
+        panes = np.logical_or.reduce([_glazed(panorama, window) for window in windows[first :: len(GLASSES)]])
         where = f"windows {', '.join(str(number) for number in range(first, len(windows), len(GLASSES)))}"
         panorama = apply_edit(panorama, glass_edit(panorama, glass, where), panes)
     return panorama
+
+
+def _glazed(panorama: SpectralPanorama, corners: tuple[tuple[float, float], ...]) -> BoolArray:
+    """The texels (H, W) of one window: what is bright near its opening, and the bars between."""
+    near = polygon_mask(corners, *panorama.valid.shape)
+    luminance = panorama_luminance(panorama)
+    bright = near & (luminance > _BRIGHT * np.percentile(luminance[near], 75))
+    side = max(1, round(_BARS_DEG * panorama.valid.shape[1] / 360))
+    closed = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    return np.asarray(closed > 0) & near
 
 
 def _bearing(east_m: float, north_m: float, up_m: float) -> tuple[float, float]:

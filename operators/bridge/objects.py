@@ -131,13 +131,14 @@ def demo_scene(scene: bpy.types.Scene, bearing_deg: float = 0.0) -> None:
     scene.render.engine = "CYCLES"
     add_table(scene.collection)
     add_metals(scene.collection, bearing_deg=bearing_deg)
-    data = bpy.data.cameras.new("Camera")
-    data.lens = 29.0
-    camera = bpy.data.objects.new("Camera", data)
     across, ahead = _axes(bearing_deg)
-    camera.location = across * 0.05 - ahead * 1.45 + Vector((0.0, 0.0, 0.42))
-    gaze = across * 0.02 + Vector((0.0, 0.0, 0.41)) - camera.location
-    camera.rotation_euler = gaze.to_track_quat("-Z", "Y").to_euler()
+    data = bpy.data.cameras.new("Camera")
+    data.lens, data.shift_y = 29.0, 0.045  # level and shifted upwards: verticals stay upright
+    camera = bpy.data.objects.new("Camera", data)
+    camera.location = across * 0.04 - ahead * 1.45 + Vector((0.0, 0.0, 0.36))
+    camera.rotation_euler = ahead.to_track_quat("-Z", "Y").to_euler()
+    # Between the pedestal's front and the copper ball's; the panorama is out of focus, as it is in photographs.
+    data.dof.use_dof, data.dof.focus_distance, data.dof.aperture_fstop = True, 1.32, 1.4
     scene.collection.objects.link(camera)
     scene.camera = camera
 

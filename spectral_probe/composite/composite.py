@@ -16,6 +16,7 @@ from ..files.image_exr import write_rgb
 from ..model import FloatArray, Job, Progress
 from ..spectra.colorimetry import rec709_to_xyz, xyz_to_rec709
 from .camera_colour import camera_to_xyz, is_rec709
+from .denoised_objects import denoised_in_camera
 from .differential import Composite, differential
 from .outputs import display_exposure, picture_of, write_difference, write_linear, write_numbers
 from .panorama_plate import is_probe, panorama_plate
@@ -32,10 +33,21 @@ _MANY_CLIPPED, _MANY_HELD = 0.01, 0.05
 
 @dataclass(frozen=True)
 class CompositeSettings:
-    """How a composite is made: what is known of the plate, and whether the ordinary RGB render is composed as well."""
+    """How a composite is made.
+
+    Parameters
+    ----------
+    plate
+        What is known of the plate.
+    rgb
+        Whether the ordinary RGB render is composed as well.
+    denoised
+        Whether the objects are taken without their noise, where the render was denoised.
+    """
 
     plate: PlateSettings = field(default_factory=PlateSettings)
     rgb: bool = True
+    denoised: bool = True
 
 
 @dataclass(frozen=True)
@@ -96,14 +108,16 @@ def composite(
     seen = renders.camera_rgb(plate.sensitivities)
     _check_lit(seen, renders.coverage)
     yield Progress(0.4, "Composing")
-    found = _composed(renders, plate.pixels, _scaled(seen, plate.scale))
-    yield Progress(0.6, "Composing tristimulus values")
     in_eye = renders.xyz()
     colours = _colours(plate, seen, in_eye)
+    calm = renders.denoised_xyz() if settings.denoised else None
+    calm_seen = None if calm is None else _denoised_seen(calm, plate, seen[0], in_eye[0], renders, colours)
+    found = _composed(renders, plate.pixels, _scaled(seen, plate.scale), calm_seen)
+    yield Progress(0.6, "Composing tristimulus values")
     xyz = (
         _in_xyz(found.pixels, plate, colours.to_xyz)
         if is_rec709(plate.sensitivities)
-        else _composed(renders, colours.plate_xyz, in_eye).pixels
+        else _composed(renders, colours.plate_xyz, in_eye, calm).pixels
     )
     yield Progress(0.75, "Writing the composite")
     write_linear(directory / "plate.exr", plate.pixels, plate.camera, "the photograph")
@@ -113,8 +127,12 @@ def composite(
     write_difference(directory, plate, found)
     yield Progress(0.85, "Composing the RGB render")
     remarks = [*plate.remarks, *_remarks(plate, found, renders)]
-    remarks += _rgb_composite(directory, renders, plate, colours, wanted=settings.rgb)
+    if _rgb_composite(directory, renders, plate, colours, wanted=settings.rgb) and calm is not None:
+        remarks.append(
+            "The objects are denoised, but not those of composite_rgb: rgb.exr never is. Compose them as rendered to compare noise."
+        )
     numbers = _numbers(plate, found, renders) | {
+        "denoised_objects": calm is not None,
         "display_exposure": None if plate.converted else colours.exposure,
         "remarks": remarks,
     }
@@ -159,8 +177,23 @@ def _scaled(pair: Pair, scale: FloatArray) -> Pair:
     return with_ * factor, None if without is None else without * factor
 
 
-def _composed(renders: RenderPair, plate: FloatArray, pair: Pair) -> Composite:
-    return differential(plate, *pair, renders.coverage, without_alpha=renders.without_alpha)
+def _composed(
+    renders: RenderPair, plate: FloatArray, pair: Pair, denoised: FloatArray | None = None
+) -> Composite:
+    return differential(
+        plate, *pair, renders.coverage, without_alpha=renders.without_alpha, denoised=denoised
+    )
+
+
+def _denoised_seen(
+    calm: FloatArray, plate: Plate, seen: FloatArray, xyz: FloatArray, renders: RenderPair, colours: _Colours
+) -> FloatArray:
+    """Denoised tristimulus values (H, W, 3) in the plate's linear pixels; of Rec.709 exactly, of others as near as can be."""
+    if is_rec709(plate.sensitivities):
+        rgb = xyz_to_rec709(calm)
+    else:
+        rgb = denoised_in_camera(calm, xyz, seen, renders.coverage, np.linalg.inv(colours.to_xyz))
+    return np.asarray(rgb * np.asarray(plate.scale, np.float32), np.float32)
 
 
 def _in_xyz(pixels: FloatArray, plate: Plate, to_xyz: FloatArray) -> FloatArray:
@@ -185,20 +218,20 @@ def _picture(plate: Plate, found: Composite, xyz: FloatArray, colours: _Colours)
 
 def _rgb_composite(
     directory: Path, renders: RenderPair, plate: Plate, colours: _Colours, *, wanted: bool
-) -> list[str]:
-    """Write the composite of the ordinary RGB render, linear Rec.709 in the unit of image.exr; return remarks."""
+) -> bool:
+    """Write the composite of the ordinary RGB render, linear Rec.709 in the unit of image.exr; whether there is one."""
     files = directory / "composite_rgb.exr", directory / "composite_rgb.png"
     if not (wanted and renders.has_rgb):
         for path in files:  # an earlier composite's
             path.unlink(missing_ok=True)
-        return []
+        return False
     found = _composed(renders, xyz_to_rec709(colours.plate_xyz), renders.rgb())
     write_linear(files[0], found.pixels, "Rec.709", "photograph and RGB render")
     xyz = np.asarray(rec709_to_xyz(found.pixels), np.float32)
     back = np.linalg.inv(colours.to_xyz / plate.scale)
     shown = replace(found, pixels=np.asarray(xyz @ back.T.astype(np.float32), np.float32))
     write_png(files[1], _picture(plate, shown, xyz, colours))
-    return []
+    return True
 
 
 # ---------------------------------------------------------------- what is told

@@ -8,17 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from ..composite_model import BACKPLATE_NAME, OBJECTS_NAME, WITHOUT_NAME, Backplate, ObjectCoverage
-from ..errors import FileFormatError, RenderError
+from ..errors import RenderError
 from ..files.image_exr import read_channels
 from ..files.objects_exr import read_objects
 from ..model import FloatArray
-from ..render.outputs import WHITE_ATTRIBUTE
 from ..spectra.colorimetry import xyz_to_rec709
-from ..spectra.white import parse_white
-from ..spectra.working_space import space_of_header
 from .backplate_file import load_backplate
 from .camera_colour import camera_rgb, read_xyz, render_xyz
+from .denoised_objects import denoised_xyz
 from .distortion import Lens
+from .picture import picture_xyz
 
 _LEAST_COVERED = 0.02
 """Share of a pixel that may be neither object nor ground before a render without alpha counts as showing its world: less is what
@@ -56,6 +55,11 @@ class RenderPair:
         if self.without is None:
             return xyz, None
         return xyz, self.lens.picture(render_xyz(self.without, lights_of=self.directory))
+
+    def denoised_xyz(self) -> FloatArray | None:
+        """The render with the objects in tristimulus values without its noise; None where it was not denoised."""
+        found = denoised_xyz(self.directory)
+        return None if found is None else self.lens.picture(found)
 
     @property
     def has_rgb(self) -> bool:
@@ -140,11 +144,4 @@ def _check_covered(coverage: ObjectCoverage, alpha: FloatArray | None) -> None:
 def _read_rgb(path: Path) -> FloatArray:
     """rgb.exr of a render in linear Rec.709, not adapted from any white."""
     channels, header = read_channels(path)
-    if any(name not in channels for name in "RGB"):
-        raise FileFormatError(f"{path} does not hold R, G, B. Render the scene again.")
-    rgb = np.stack([np.asarray(channels[name], np.float32) for name in "RGB"], -1)
-    xyz = space_of_header(header, path.name).to_xyz(rgb)
-    white = parse_white(str(header.get(WHITE_ATTRIBUTE, "")))
-    if white is not None:
-        xyz = xyz @ np.linalg.inv(white.adapted(np.eye(3))).astype(np.float32)
-    return np.asarray(xyz_to_rec709(xyz), np.float32)
+    return np.asarray(xyz_to_rec709(picture_xyz(channels, header, path)), np.float32)

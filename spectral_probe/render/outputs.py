@@ -39,6 +39,9 @@ IMAGE_ORIGIN = "from XYZ as in xyz.exr without normalisation"
 WHITE_ATTRIBUTE = "adaptedFromWhite"
 """Header attribute of a picture: the white that was stated."""
 
+DENOISED_NOTE = "denoised by Open Image Denoise"
+"""In the header's comments of a picture that was."""
+
 _HALF_LIMIT = 6.0e4
 """Brightest value that a 16-bit float holds, with room."""
 
@@ -128,7 +131,7 @@ def write_outputs(
     xyz_planes, rgb_planes = _planes("XYZ", assembled.xyz), _planes("RGB", rgb) | alpha
     header = picture_header(space, settings.white, IMAGE_ORIGIN)
     if denoised_xyz is not None:
-        header["comments"] += "; denoised by Open Image Denoise"
+        header["comments"] += f"; {DENOISED_NOTE}"
     files = {name: Path(directory) / f"{name}{suffix}.exr" for name in ("xyz", "image", "render")}
     write_channels(files["xyz"], xyz_planes | alpha, {"comments": XYZ_NOTE})
     write_channels(files["image"], rgb_planes, header)
