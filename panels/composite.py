@@ -16,9 +16,9 @@ class SPECTRAL_PROBE_PT_composite(InSidebar, bpy.types.Panel):
         column = settings_layout(layout)
         column.prop(settings, "background")
         if settings.background == "PHOTO":
-            column.prop(settings, "plate")
+            column.prop(settings, "plate", placeholder="The backplate's")
             column.prop(settings, "srgb")
-            column.prop(settings, "camera")
+            column.prop(settings, "camera", placeholder="The backplate's")
             column.prop(settings, "exposure_s")
         column.prop(settings, "denoised")
         column.prop(settings, "show")
