@@ -142,10 +142,9 @@ def differential(
         floor = (ground > 0) & ~touched
         difference, weight, alone = _on_ground(plate, with_, without, floor, smooth=smooth)
         weight[_specks(weight > 0, touched)] = 0
-        if not smooth:
-            steady = without
-        else:
-            steady = alone if denoised is not None else _steadied(without, alone, difference, floor)
+        steady = alone  # the ground itself where not smoothed
+        if smooth and denoised is None:
+            steady = _steadied(without, alone, difference, floor)
         shaded, limited = _shaded(plate, difference, alone)
         limited &= weight > 0
         np.copyto(pixels, shaded, where=(weight > 0)[..., None])
