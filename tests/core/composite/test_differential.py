@@ -48,7 +48,11 @@ def test_light_that_objects_add_is_added(exact):
     caustic = exact.without + 0.4 * np.exp(-((exact.distance - 2) ** 2))[..., None].astype(np.float32)
     found = differential(plate, caustic, exact.without, covering(np.zeros(exact.distance.shape)))
     bright = exact.distance < 3
-    np.testing.assert_allclose(found.pixels[bright], (plate + caustic - exact.without)[bright], rtol=0.01)
+    truth = plate + caustic - exact.without
+    np.testing.assert_allclose(
+        found.pixels[bright], truth[bright], rtol=0.03
+    )  # the noise of the ground alone is 2 %
+    np.testing.assert_allclose((found.pixels / truth)[bright].mean(), 1, atol=0.002)
 
 
 def test_pixels_far_from_the_object_are_the_plate_bit_for_bit(wide):
