@@ -194,12 +194,13 @@ def _smooth_ground(
 
     `share` (H, W, 1) is what is left of the ground beside the objects; `seen` (H, W) how much of the pixel that is.
     """
-    faint = np.float32(_FAINT * np.mean(without[floor]) if floor.any() else 0) + np.float32(1e-12)
+    light = np.maximum(with_, without)[floor]
+    faint = np.float32(max(_FAINT * float(light.mean()) if light.size else 0.0, 1e-12))
     ground = np.maximum(without, 0) + faint
     relative = np.where(floor[..., None], (with_ - without) / ground, np.float32(0))
     if relative.any():
         found = smooth_change(relative, ground, floor)
-        photographed = _as_photographed(plate, without, seen, floor)
+        photographed = _as_photographed(plate, without, seen, floor, faint)
         against = np.maximum(
             plate, np.maximum(_DARK * np.percentile(plate, 99, axis=(0, 1)), 1e-12).astype(np.float32)
         )
@@ -227,7 +228,7 @@ def _weight(change: FloatArray, error: FloatArray) -> FloatArray:
 
 
 def _as_photographed(
-    plate: FloatArray, without: FloatArray, seen: FloatArray, floor: BoolArray
+    plate: FloatArray, without: FloatArray, seen: FloatArray, floor: BoolArray, faint: np.float32
 ) -> FloatArray:
     """The ground (H, W, 3) as bright as the render has it, with the texture of the photograph; of a pixel that is all ground."""
     side = round(TEXTURE_SHARE * min(floor.shape)) | 1
@@ -243,9 +244,8 @@ def _as_photographed(
 
     own = np.maximum(without, 0) * floor[..., None]
     rendered, photographed = level(own), level(np.maximum(plate, 0) * share)
-    faint = np.maximum(_FAINT * rendered.mean((0, 1)), 1e-12).astype(np.float32)
     textured = (rendered + faint) * (np.maximum(plate, 0) + faint) / (photographed + faint)
-    return np.asarray(np.minimum(textured, np.float32(_BRIGHTEST) * np.maximum(rendered, own)))
+    return np.asarray(np.minimum(textured, np.float32(_BRIGHTEST) * (np.maximum(rendered, own) + faint)))
 
 
 def _ratio(values: FloatArray, by: FloatArray) -> FloatArray:
