@@ -13,7 +13,7 @@ import numpy as np
 from ..composite_model import ObjectCoverage
 from ..errors import RenderError
 from ..model import BoolArray, FloatArray
-from .difference_filter import smooth_difference
+from .difference_filter import smooth_change
 
 FADE = (0.004, 0.012)
 """Change of the plate, relative to it, below which it is left as it is, and above which it is made in full. One code of an 8-bit
@@ -30,10 +30,21 @@ one channel before the others: there it goes over into the proportion."""
 SPECK_PX = 16
 """Changed areas of fewer pixels, away from any object, are noise."""
 
-_WHOLE = 0.999
-"""Share of a pixel from which it counts as covered wholly."""
+TEXTURE_SHARE = 0.2
+"""Side of the square means, applied twice, that tell texture from light, in parts of the picture's shorter side."""
 
-_BESIDE_PX = 7
+_BRIGHTEST = 3.0
+"""As many times as bright as its surroundings the photograph's ground may be and count as ground. What is brighter, and is not so
+in the render, is a reflection, or a lamp: an object that shades the ground does not dim it."""
+
+_FAINT = 1e-4
+"""Share of the ground's mean that is added wherever a proportion is taken: of no light there is none."""
+
+_FILL_PX = (3, 7, 15)
+"""Sides of the square means by which the ground's change is carried on under the objects' edges."""
+
+_CALM_PX = 5
+"""Side of the square means that stand for the denoised ground under objects' edges."""
 
 _DARK = 2e-3
 """Share of the plate's brightness (its 99th percentile) that counts as black: changes are told against no less."""
@@ -132,50 +143,149 @@ def differential(
         raise RenderError(_sizes("objects.exr", covered, plate))
     touched = covered > 0
     shown = with_ if denoised is None else _checked("denoised render", denoised, plate)
-    pixels = plate.copy()
+    seen = ground if without_alpha is None else np.minimum(ground, np.asarray(without_alpha, np.float32))
     if without is None:
-        difference, weight = np.zeros_like(plate), np.zeros(covered.shape, np.float32)
-        limited: BoolArray = np.zeros(covered.shape, bool)
-        under: FloatArray = np.zeros_like(plate)
+        nothing = np.zeros_like(plate)
+        return _composed(
+            plate, shown, covered, _Ground(nothing, nothing, np.zeros(touched.shape), touched & False)
+        )
+    without = _checked("render without the objects", without, plate)
+    share = _seen_beside(covered, ground, without_alpha)[..., None]
+    floor = (ground > 0) & ~touched
+    if smooth:
+        alone = covered + ground if without_alpha is None else np.asarray(without_alpha, np.float32)
+        calm = without if denoised is None else _calm(without, alone)
+        on_ground = _smooth_ground(plate, with_, without, share, seen, floor, touched, calm)
     else:
-        without = _checked("render without the objects", without, plate)
-        floor = (ground > 0) & ~touched
-        difference, weight, alone = _on_ground(plate, with_, without, floor, smooth=smooth)
-        weight[_specks(weight > 0, touched)] = 0
-        steady = alone  # the ground itself where not smoothed
-        if smooth and denoised is None:
-            steady = _steadied(without, alone, difference, floor)
-        shaded, limited = _shaded(plate, difference, alone)
-        limited &= weight > 0
-        np.copyto(pixels, shaded, where=(weight > 0)[..., None])
-        difference = np.where((weight > 0)[..., None], pixels - plate, np.float32(0))
-        whole = (covered + ground if without_alpha is None else without_alpha) > _WHOLE
-        under = np.where(whole[..., None], steady, without)
-        under *= _seen_beside(covered, ground, without_alpha)[..., None]
-    mixed = plate * (1 - covered)[..., None] + shown - under
+        raw = np.where(floor[..., None], with_ - without, np.float32(0))
+        shaded, limited = _shaded(plate, raw, np.clip(1 + _ratio(raw, without), 0, 1))
+        made = (raw != 0).any(-1).astype(np.float32)
+        on_ground = _Ground(shaded - plate, share * without, made, limited)
+    return _composed(plate, shown, covered, on_ground)
+
+
+@dataclass(frozen=True)
+class _Ground:
+    """What objects do to the ground.
+
+    `difference` (H, W, 3) as it is added to the plate, also under the objects' edges; `rendered` (H, W, 3) what of the render
+    with the objects is ground, where it shows an object as well; `weight` and `limited` (H, W) as in `Composite`.
+    """
+
+    difference: FloatArray
+    rendered: FloatArray
+    weight: FloatArray
+    limited: BoolArray
+
+
+def _composed(plate: FloatArray, with_: FloatArray, covered: FloatArray, on_ground: _Ground) -> Composite:
+    touched = covered > 0
+    pixels = plate.copy()
+    changed = (on_ground.weight > 0) & ~touched
+    np.copyto(pixels, plate + on_ground.difference, where=changed[..., None])
+    mixed = plate * (1 - covered)[..., None] + on_ground.difference + with_ - on_ground.rendered
     # A plate's own noise about black may be negative; nothing else may.
     np.copyto(pixels, np.maximum(mixed, np.minimum(plate, 0)), where=touched[..., None])
-    return Composite(pixels, difference, weight, (pixels != plate).any(-1), limited)
+    difference = np.where(changed[..., None], pixels - plate, np.float32(0))
+    weight = np.where(changed, on_ground.weight, np.float32(0))
+    return Composite(pixels, difference, weight, (pixels != plate).any(-1), on_ground.limited & changed)
 
 
-def _on_ground(
-    plate: FloatArray, with_: FloatArray, without: FloatArray, floor: BoolArray, *, smooth: bool
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Where there is ground and no object: the difference (H, W, 3) to be made, its share (H, W) of the whole, and the ground."""
-    raw: FloatArray = np.where(floor[..., None], with_ - without, np.float32(0))
-    if not raw.any():
-        return raw, np.zeros(floor.shape, np.float32), without
-    if not smooth:
-        return raw, (raw != 0).any(-1).astype(np.float32), without
-    found = smooth_difference(raw, without, plate, floor)
-    dark = np.maximum(_DARK * np.percentile(plate, 99, axis=(0, 1)), 1e-12).astype(np.float32)
-    against = np.maximum(plate, dark)
-    change = (np.abs(found.difference) / against).max(-1)
-    error = (found.standard_error / against).max(-1)
-    low, high = (np.maximum(limit, errors * error) for limit, errors in zip(FADE, FADE_ERRORS, strict=True))
-    part = np.clip((change - low) / (high - low), 0, 1)
-    weight = np.asarray(part * part * (3 - 2 * part), np.float32) * floor
-    return found.difference * weight[..., None], weight, found.ground
+def _smooth_ground(
+    plate: FloatArray,
+    with_: FloatArray,
+    without: FloatArray,
+    share: FloatArray,
+    seen: FloatArray,
+    floor: BoolArray,
+    touched: BoolArray,
+    calm: FloatArray,
+) -> _Ground:
+    """What objects do to the ground, without noise and in proportion to what the photograph shows of its texture.
+
+    `share` (H, W, 1) is what is left of the ground beside the objects; `seen` (H, W) how much of the pixel that is; `calm` the
+    ground with just as much noise as what it is to be taken from.
+    """
+    light = np.maximum(with_, without)[floor]
+    faint = np.float32(max(_FAINT * float(light.mean()) if light.size else 0.0, 1e-12))
+    ground = np.maximum(without, 0) + faint
+    relative = np.where(floor[..., None], (with_ - without) / ground, np.float32(0))
+    if relative.any():
+        found = smooth_change(relative, ground, floor)
+        photographed = _as_photographed(plate, without, seen, floor, faint)
+        against = np.maximum(
+            plate, np.maximum(_DARK * np.percentile(plate, 99, axis=(0, 1)), 1e-12).astype(np.float32)
+        )
+        weight = _weight(*(photographed * part / against for part in (found.relative, found.standard_error)))
+        weight *= floor
+        weight[_specks(weight > 0, touched)] = 0
+        relative = _under_edges(found.relative * weight[..., None], floor, touched)
+    else:
+        weight, photographed = np.zeros(floor.shape, np.float32), ground
+    # A pixel's ground is no brighter than all of it: under the edges that is the better guess of a deep shadow.
+    most = _ratio(np.maximum(with_, 0), share * ground) - 1
+    np.minimum(relative, most, out=relative, where=touched[..., None] & (share > 0))
+    shaded, limited = _shaded(plate, photographed * relative, np.clip(1 + relative, 0, 1))
+    # The two renders share their noise as far as they share their light: what is taken away has just so much of it.
+    rendered = share * (calm + (np.maximum(calm, 0) + faint) * relative)
+    return _Ground((shaded - plate) * seen[..., None], rendered, weight, limited)
+
+
+def _calm(without: FloatArray, alone: FloatArray) -> FloatArray:
+    """The render without the objects (H, W, 3) as means of a few pixels; `alone` (H, W) is the share of ground in each."""
+    share = np.repeat(alone[..., None], 3, -1)
+    return np.asarray(share * _ratio(_mean(without, _CALM_PX), _mean(share, _CALM_PX)))
+
+
+def _weight(change: FloatArray, error: FloatArray) -> FloatArray:
+    """Share (H, W) in which a change (H, W, 3) relative to the plate is made, by `FADE` and `FADE_ERRORS`."""
+    size, doubt = np.abs(change).max(-1), np.abs(error).max(-1)
+    low, high = (np.maximum(limit, errors * doubt) for limit, errors in zip(FADE, FADE_ERRORS, strict=True))
+    part = np.clip((size - low) / (high - low), 0, 1)
+    return np.asarray(part * part * (3 - 2 * part), np.float32)
+
+
+def _as_photographed(
+    plate: FloatArray, without: FloatArray, seen: FloatArray, floor: BoolArray, faint: np.float32
+) -> FloatArray:
+    """The ground (H, W, 3) as bright as the render has it, with the texture of the photograph; of a pixel that is all ground."""
+    side = round(TEXTURE_SHARE * min(floor.shape)) | 1
+    share = np.repeat(np.asarray(seen * floor, np.float32)[..., None], 3, -1)
+    area = _mean(_mean(share, side), side)
+
+    def level(light: FloatArray) -> FloatArray:
+        """Mean without what is far brighter than the rest; `light` (H, W, 3) is premultiplied by the share of ground."""
+        for _ in range(2):
+            around = _ratio(_mean(_mean(light, side), side), area)
+            light = np.minimum(light, np.float32(_BRIGHTEST) * share * around)
+        return around
+
+    own = np.maximum(without, 0) * floor[..., None]
+    rendered, photographed = level(own), level(np.maximum(plate, 0) * share)
+    textured = (rendered + faint) * (np.maximum(plate, 0) + faint) / (photographed + faint)
+    return np.asarray(np.minimum(textured, np.float32(_BRIGHTEST) * (np.maximum(rendered, own) + faint)))
+
+
+def _ratio(values: FloatArray, by: FloatArray) -> FloatArray:
+    """Quotient (H, W, 3), zero where there is nothing to divide by."""
+    return np.asarray(np.divide(values, by, out=np.zeros_like(values), where=by > 0))
+
+
+def _under_edges(relative: FloatArray, floor: BoolArray, touched: BoolArray) -> FloatArray:
+    """The ground's change (H, W, 3), carried on from beside the objects to under their edges: from as near as there is ground."""
+    filled, missing = relative.copy(), touched.copy()
+    for side in _FILL_PX:
+        beside = _mean(floor.astype(np.float32), side)[..., None]
+        near = _mean(relative, side)
+        found = missing & (beside[..., 0] > 1e-6)
+        np.divide(near, beside, out=filled, where=found[..., None])
+        missing &= ~found
+    return filled
+
+
+def _mean(values: FloatArray, side: int) -> FloatArray:
+    """A square mean, the picture continued by its mirror image."""
+    return np.asarray(cv2.blur(values, (side, side), borderType=cv2.BORDER_REFLECT))
 
 
 def _specks(changed: BoolArray, touched: BoolArray) -> BoolArray:
@@ -188,30 +298,15 @@ def _specks(changed: BoolArray, touched: BoolArray) -> BoolArray:
     return np.asarray(small[labels] & changed)
 
 
-def _shaded(plate: FloatArray, difference: FloatArray, without: FloatArray) -> tuple[FloatArray, BoolArray]:
+def _shaded(plate: FloatArray, difference: FloatArray, left: FloatArray) -> tuple[FloatArray, BoolArray]:
     """The plate with the difference, and where (H, W) it is more of a proportion (see `DARKEST_SHARE`)."""
-    left = np.clip(1 + np.divide(difference, without, out=np.zeros_like(plate), where=without > 0), 0, 1)
     changed, proportion = plate + difference, np.maximum(plate, 0) * left
     darkened = (difference < 0) & (plate > 0)
-    share = np.divide(changed, proportion, out=np.zeros_like(plate), where=proportion > 0)
+    share = _ratio(changed, proportion)
     least = np.where(darkened, share, np.float32(1)).min(-1, keepdims=True)
     part = np.clip(1 - least / np.float32(DARKEST_SHARE), 0, 1)
     proportion += np.maximum(difference, 0)  # what a channel gains is added all the same
     return changed + part * (proportion - changed), part[..., 0] > 0
-
-
-def _steadied(without: FloatArray, alone: FloatArray, difference: FloatArray, floor: BoolArray) -> FloatArray:
-    """The ground (H, W, 3) at the objects' edges, with as much of its noise as the render with the objects shares.
-
-    In the open both renders have the same noise, which must cancel; in the shadow of an object hardly any is common, and the
-    ground's own would only add to it. So its share is that of the light which the objects leave, as seen on the ground beside.
-    """
-    left = np.clip(1 + np.divide(difference, alone, out=np.zeros_like(alone), where=alone > 0), 0, 1)
-    side = (_BESIDE_PX, _BESIDE_PX)
-    beside = cv2.blur(np.asarray(floor, np.float32), side)[..., None]
-    near = cv2.blur(np.asarray(left * floor[..., None], np.float32), side)
-    shared = np.where(beside > 0, near / np.maximum(beside, 1e-6), np.float32(1))
-    return np.asarray(alone + shared * (without - alone), np.float32)
 
 
 def _seen_beside(covered: FloatArray, ground: FloatArray, without_alpha: FloatArray | None) -> FloatArray:
