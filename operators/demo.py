@@ -22,9 +22,9 @@ def demo(directory: Path) -> Job[Numbers]:
     """Recover the sample's light, render metals in it behind stained glass, compare with RGB, and put them into the plate.
 
     Leaves in the folder: probe/ (the panorama), spectra/ (a lamp and a window against the truth), stained/ (the panorama with
-    red, yellow and green glass before its windows), render/ (the spectral image in it, and its RGB twin), comparison/ (dE2000
-    map, xy diagram, numbers), plate/ (the metals in the gym's own light, rendered for the plate), composite/ (in the plate), and
-    sheet.png with the comparison.
+    red, yellow and green glass before its windows), render/ (the spectral image in it, and its RGB twin), plate/ (the metals in
+    the gym's own light, rendered for the plate), composite/ (in the plate), comparison/ (dE2000 map, xy diagram, numbers), and
+    sheet.png with all of it.
     """
     from ..spectral_probe.commands import probe
     from ..spectral_probe.files.atomic import check_folder
@@ -41,9 +41,9 @@ def demo(directory: Path) -> Job[Numbers]:
     stained = stained_gym(panorama)
     _write_light(directory / "stained", stained)
     rendered, masks = yield from part(_render(directory / "render", stained), 0.27, 0.6)
+    composed = yield from part(compose_metals(directory, panorama), 0.6, 0.95)
     comparing = _compare(directory, stained, spectra, rendered, masks)
-    compared = yield from part(comparing, 0.6, 0.65)
-    composed = yield from part(compose_metals(directory, panorama), 0.65, 1.0)
+    compared = yield from part(comparing, 0.95, 1.0)
     return {
         "blind fraction": recovered["blind_fraction"],
         **{f"{name}, GFC against the truth": numbers["gfc"] for name, numbers in spectra.items()},
@@ -119,11 +119,13 @@ def _compare(
 ) -> Job[Numbers]:
     from ..spectral_probe.commands import read_xyz
     from ..spectral_probe.compare_command import DEFAULT_METALS, draw_comparison
+    from ..spectral_probe.figures.display import read_png
     from ..spectral_probe.figures.panorama import panorama_preview
     from ..spectral_probe.figures.sheet import SheetContent
     from ..spectral_probe.light_choice import mean_light
     from ..spectral_probe.render.compare import compare_images, write_comparison
     from ..spectral_probe.render.rgb_ways import compare_rgb_ways, metal_reflectances, ways_report
+    from ..spectral_probe.sample import GYM
     from ..spectral_probe.spectra.colorimetry import panorama_xyz
 
     spectral, rgb = read_xyz(directory / "render" / "xyz.exr"), read_xyz(directory / "render" / "rgb.exr")
@@ -146,9 +148,11 @@ def _compare(
         panorama=panorama_preview(panorama),
         spectra=[_plot(name, numbers) for name, numbers in spectra.items()],
         adapted_white=panorama_xyz(panorama).mean((0, 1)),
+        composed=(read_png(GYM / "plate.jpg"), read_png(directory / "composite" / "composite.png")),
         numbers={
             "spectral render": f"{rendered['seconds']['spectral']:.1f} s, {rendered['passes']} passes",
             "RGB render": f"{rendered['seconds']['rgb']:.1f} s",
+            "in photograph": f"{_seconds(directory / 'plate'):.1f} s, {_seconds(directory / 'plate' / 'without'):.1f} s without",
             "samples": str(rendered["samples"]),
         },
     )
@@ -159,6 +163,11 @@ def _compare(
         region.name: {"mean dE2000": region.differences.mean, "p95 dE2000": region.differences.p95}
         for region in (comparison.image, *comparison.objects)
     }
+
+
+def _seconds(directory: Path) -> float:
+    """Of the spectral render in a folder."""
+    return float(json.loads((directory / "report.json").read_text("utf-8"))["seconds"]["spectral"])
 
 
 def _plot(name: str, numbers: Numbers) -> Any:

@@ -1,4 +1,4 @@
-"""The sample's metals in its plate: gold, silver and copper where the mirrored ball stood, in the gym's own light."""
+"""The sample's metals in its plate: gold, silver and copper on the floor before the camera, in the gym's own light."""
 
 from pathlib import Path
 from typing import Any
@@ -8,9 +8,11 @@ import bpy
 from ..spectral_probe.composite_model import Backplate
 from ..spectral_probe.model import Job, Progress, SpectralPanorama, part
 
-_SAMPLES = 48
-_GROUND_M = 3.0
-_SCALE = 2.4  # the silver ball is then as high above the floor as the mirrored ball was, at 1.4 m
+_SAMPLES = 40
+_GROUND_M = 6.0
+_SCALE = 2.8  # as high as a person
+_AHEAD_M, _RIGHT_M = 4.6, -0.3
+"""Of the camera: as near as the floor is in the picture, beside the things that lie there and behind none of them."""
 
 
 def compose_metals(directory: Path, panorama: SpectralPanorama) -> Job[dict[str, Any]]:
@@ -26,8 +28,8 @@ def compose_metals(directory: Path, panorama: SpectralPanorama) -> Job[dict[str,
     backplate = gym_plate(panorama)
     scene = _scene(backplate, panorama)
     render = directory / "plate"
-    plain = OutputSettings(denoise=False)  # only the composite is looked at, which is not made of image.exr
-    job = spectral_render(scene, panorama, None, render, samples=_SAMPLES, rgb_twin=False, outputs=plain)
+    smooth = OutputSettings(denoise=True)
+    job = spectral_render(scene, panorama, None, render, samples=_SAMPLES, rgb_twin=False, outputs=smooth)
     yield from part(job, 0.05, 0.85)
     save_backplate(render / BACKPLATE_NAME, backplate)
     return (yield from part(composite(render, backplate.photo, directory / "composite"), 0.85, 1.0))
@@ -51,5 +53,7 @@ def _scene(backplate: Backplate, panorama: SpectralPanorama) -> bpy.types.Scene:
     sensitivities = camera_sensitivities(backplate.camera_model)
     found = ground_reflectance(plate, backplate, panorama, sensitivities, _GROUND_M, valid)
     add_ground(scene, found, _GROUND_M)
-    add_metals(scene.collection, bearing_deg=view_angles(backplate.rotation)[0], scale=_SCALE)
+    right, _, forward = backplate.rotation.T
+    at_m = backplate.position_m + _AHEAD_M * forward + _RIGHT_M * right
+    add_metals(scene.collection, (*at_m[:2], 0.0), view_angles(backplate.rotation)[0], _SCALE)
     return scene

@@ -33,6 +33,9 @@ _BRIGHT = 0.2
 _BARS_DEG = 2.5
 """Glazing bars are less wide, and belong to the window."""
 
+_RIM_DEG = 0.7
+"""How far the blurred edge of a window reaches beyond what is bright."""
+
 
 def gym_truth() -> dict[str, Any]:
     """The sample's lamps and windows, `truth/scene.json`; one of each is recommended and has a true spectrum.
@@ -98,9 +101,10 @@ def _glazed(panorama: SpectralPanorama, corners: tuple[tuple[float, float], ...]
     near = polygon_mask(corners, *panorama.valid.shape)
     luminance = panorama_luminance(panorama)
     bright = near & (luminance > _BRIGHT * np.percentile(luminance[near], 75))
-    side = max(1, round(_BARS_DEG * panorama.valid.shape[1] / 360))
-    closed = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
-    return np.asarray(closed > 0) & near
+    texels_per_deg = panorama.valid.shape[1] / 360
+    bars, rim = max(1, round(_BARS_DEG * texels_per_deg)), 2 * round(_RIM_DEG * texels_per_deg) + 1
+    closed = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((bars, bars), np.uint8))
+    return np.asarray(cv2.dilate(closed, np.ones((rim, rim), np.uint8)) > 0) & near
 
 
 def _bearing(east_m: float, north_m: float, up_m: float) -> tuple[float, float]:

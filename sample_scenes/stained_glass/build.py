@@ -89,7 +89,7 @@ def write_picture(path: Path, render: Path, light: Any, jpeg: Path | None) -> No
         colorimetry.adapted_to_d65(denoised(read_xyz(render / name)), white)
         for name in ("xyz.exr", "rgb.exr")
     ]
-    exposure = display.exposure_for_white(float(np.percentile(pictures[0][..., 1], 85)))
+    exposure = display.exposure_for_white(float(np.percentile(pictures[0][..., 1], 88)))
     key = display.exposure_for_key(panorama[..., 1], light.valid)
     content = figures.StainedGlassSheet(
         display.tone_map(pictures[0], exposure),

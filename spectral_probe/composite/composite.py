@@ -129,7 +129,7 @@ def composite(
     remarks = [*plate.remarks, *_remarks(plate, found, renders)]
     if _rgb_composite(directory, renders, plate, colours, wanted=settings.rgb) and calm is not None:
         remarks.append(
-            "The objects are denoised, but not those of composite_rgb: rgb.exr never is. Compose them as rendered to compare noise."
+            "The objects are denoised, those of composite_rgb are not: rgb.exr never is. Compose as rendered for like with like."
         )
     numbers = _numbers(plate, found, renders) | {
         "denoised_objects": calm is not None,

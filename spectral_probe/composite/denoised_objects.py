@@ -1,8 +1,8 @@
 """Virtual objects without their noise, as a denoised render has them, in a camera's own colours.
 
-A denoised render leaves tristimulus values without noise, in image.exr; xyz.exr and the passes keep theirs. A camera's colours
-follow from tristimulus values by a matrix up to a remainder, which is small and, since the noise of both is of the same light paths,
-nearly without noise.
+A denoised render leaves tristimulus values without noise, in image.exr; xyz.exr and the passes keep theirs. A camera's
+colours follow from tristimulus values by a matrix up to a remainder, which is small and, since the noise of both is of the same
+light paths, nearly without noise.
 """
 
 from __future__ import annotations

@@ -94,8 +94,8 @@ def differential(
     without_alpha
         (H, W) how much of each pixel the ground covers without the objects; None where all that the objects hide is ground.
     denoised
-        (H, W, 3) `with_` without its noise, which objects are then taken from: wholly where they cover a pixel wholly, at their
-        edges by as much as they cover.
+        (H, W, 3) `with_` without its noise, from which pixels are then taken that objects cover, also in part. The ground that
+        is subtracted from those has no noise either.
     smooth
         Whether noise is taken out of the difference.
 
@@ -131,8 +131,7 @@ def differential(
     if covered.shape != plate.shape[:2]:
         raise RenderError(_sizes("objects.exr", covered, plate))
     touched = covered > 0
-    calm = np.zeros_like(covered) if denoised is None else covered
-    shown = with_ if denoised is None else _calmed(with_, _checked("denoised render", denoised, plate), calm)
+    shown = with_ if denoised is None else _checked("denoised render", denoised, plate)
     pixels = plate.copy()
     if without is None:
         difference, weight = np.zeros_like(plate), np.zeros(covered.shape, np.float32)
@@ -143,7 +142,9 @@ def differential(
         floor = (ground > 0) & ~touched
         difference, weight, alone = _on_ground(plate, with_, without, floor, smooth=smooth)
         weight[_specks(weight > 0, touched)] = 0
-        steady = _steadied(without, alone, difference, floor, calm) if smooth else without
+        steady = alone  # the ground itself where not smoothed
+        if smooth and denoised is None:
+            steady = _steadied(without, alone, difference, floor)
         shaded, limited = _shaded(plate, difference, alone)
         limited &= weight > 0
         np.copyto(pixels, shaded, where=(weight > 0)[..., None])
@@ -199,26 +200,17 @@ def _shaded(plate: FloatArray, difference: FloatArray, without: FloatArray) -> t
     return changed + part * (proportion - changed), part[..., 0] > 0
 
 
-def _calmed(with_: FloatArray, denoised: FloatArray, share: FloatArray) -> FloatArray:
-    """A render (H, W, 3) of which a share (H, W) of each pixel is denoised."""
-    return np.asarray(with_ + share[..., None] * (denoised - with_), np.float32)
-
-
-def _steadied(
-    without: FloatArray, alone: FloatArray, difference: FloatArray, floor: BoolArray, calm: FloatArray
-) -> FloatArray:
+def _steadied(without: FloatArray, alone: FloatArray, difference: FloatArray, floor: BoolArray) -> FloatArray:
     """The ground (H, W, 3) at the objects' edges, with as much of its noise as the render with the objects shares.
 
     In the open both renders have the same noise, which must cancel; in the shadow of an object hardly any is common, and the
-    ground's own would only add to it. So its share is that of the light which the objects leave, as seen on the ground beside, and
-    of that what the render with the objects has left of its noise, of which a share `calm` (H, W) was denoised.
+    ground's own would only add to it. So its share is that of the light which the objects leave, as seen on the ground beside.
     """
     left = np.clip(1 + np.divide(difference, alone, out=np.zeros_like(alone), where=alone > 0), 0, 1)
     side = (_BESIDE_PX, _BESIDE_PX)
     beside = cv2.blur(np.asarray(floor, np.float32), side)[..., None]
     near = cv2.blur(np.asarray(left * floor[..., None], np.float32), side)
     shared = np.where(beside > 0, near / np.maximum(beside, 1e-6), np.float32(1))
-    shared *= 1 - calm[..., None]
     return np.asarray(alone + shared * (without - alone), np.float32)
 
 

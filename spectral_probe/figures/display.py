@@ -113,7 +113,7 @@ def write_png(path: Path, picture: Picture, *, quick: bool = False) -> None:
 
 
 def read_png(path: Path) -> Picture:
-    """Read what `write_png` wrote, (H, W, 3).
+    """Read an sRGB picture (H, W, 3), such as `write_png` wrote.
 
     Raises
     ------

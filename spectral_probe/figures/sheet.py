@@ -61,6 +61,8 @@ class SheetContent:
         Where the wipe changes from the spectral to the RGB render, a share of the width.
     adapted_white
         XYZ (3,) of the light that the eye is adapted to: both pictures are white-balanced to it. None shows them as they are.
+    composed
+        A photograph and the same with the objects in it, sRGB pictures of one size, or None.
     title, subtitle
         The heading and the line below it.
     panorama
@@ -82,13 +84,15 @@ class SheetContent:
     spectra: Sequence[SpectrumPlot] = ()
     numbers: Mapping[str, str] = field(default_factory=dict)
     adapted_white: FloatArray | None = None
+    composed: tuple[Picture, Picture] | None = None
 
 
 def comparison_sheet(content: SheetContent) -> Figure:
     """One page, 1800 pixels wide, with everything about a spectral and an RGB render.
 
     From top to bottom: panorama and recovered spectra (where there are any); spectral render, RGB render, both in one picture
-    with a divider, and the dE2000 map; xy diagrams of the objects and of metals by four ways of RGB; the numbers.
+    with a divider, and the dE2000 map; a photograph without and with the objects (where there is one); xy diagrams of the objects
+    and of metals by four ways of RGB; the numbers.
     """
     light_in, images_in, numbers_in = (
         _light_height_in(content),
@@ -98,16 +102,18 @@ def comparison_sheet(content: SheetContent) -> Figure:
     header_in = _HEADER_IN + (_SUBTITLE_IN if content.subtitle else 0.0)
     diagrams_in = _CAPTION_IN + 0.2 + _DIAGRAM_IN + _ROW_GAP_IN
     above_in = header_in + (light_in + _CAPTION_IN + _ROW_GAP_IN if light_in else 0.0)
+    composed_in = _composed_height_in(content)
     with house_style():
-        height_in = above_in + images_in + diagrams_in + numbers_in + 0.3
-        page = _Page(new_figure(WIDTH_IN, height_in), iter("abcdefghijkl"))
+        height_in = above_in + images_in + composed_in + diagrams_in + numbers_in + 0.3
+        page = _Page(new_figure(WIDTH_IN, height_in), iter("abcdefghijklmn"))
         page.text(content.title, _MARGIN_IN, 0.50, fontsize=15, fontweight="bold")
         page.text(content.subtitle, _MARGIN_IN, 0.73, fontsize=8.5, color=SOFT_INK)
         if light_in:
             _draw_light(page, content, header_in, light_in)
         _draw_images(page, content, above_in)
-        _draw_diagrams(page, content, above_in + images_in)
-        _draw_numbers(page, content, above_in + images_in + diagrams_in)
+        _draw_composed(page, content, above_in + images_in)
+        _draw_diagrams(page, content, above_in + images_in + composed_in)
+        _draw_numbers(page, content, above_in + images_in + composed_in + diagrams_in)
     return page.figure
 
 
@@ -162,6 +168,14 @@ def _images_height_in(content: SheetContent) -> float:
     """Of the pictures in their rows, with their captions, and the scale below the last."""
     rows = 4 // _image_columns(content)
     return rows * (_image_size_in(content)[1] + _CAPTION_IN) + (rows - 1) * 0.1 + 0.45
+
+
+def _composed_height_in(content: SheetContent) -> float:
+    """Of the photograph without and with the objects, beside each other."""
+    if content.composed is None:
+        return 0.0
+    height_px, width_px = content.composed[0].shape[:2]
+    return float(_CAPTION_IN + (_CONTENT_IN - _IMAGE_GAP_IN) / 2 * height_px / width_px + 0.3)
 
 
 def _numbers_height_in(content: SheetContent) -> float:
@@ -267,6 +281,19 @@ def _draw_images(page: _Page, content: SheetContent, top_in: float) -> None:
         show_picture(axes_at(page.figure, left_in, row_in + _CAPTION_IN, width_in, height_in), picture)
     scale_in = row_in + _CAPTION_IN + height_in + 0.09
     draw_scale(axes_at(page.figure, left_in, scale_in, width_in, 0.08), comparison)
+
+
+def _draw_composed(page: _Page, content: SheetContent, top_in: float) -> None:
+    """The photograph, and beside it the composite."""
+    if content.composed is None:
+        return
+    width_in = (_CONTENT_IN - _IMAGE_GAP_IN) / 2
+    names = (("Photograph", "as taken"), ("Composite", "the objects in it, rendered spectrally"))
+    for index, (picture, (name, detail)) in enumerate(zip(content.composed, names, strict=True)):
+        left_in = _MARGIN_IN + index * (width_in + _IMAGE_GAP_IN)
+        page.caption(name, left_in, top_in, detail)
+        height_in = width_in * picture.shape[0] / picture.shape[1]
+        show_picture(axes_at(page.figure, left_in, top_in + _CAPTION_IN, width_in, height_in), picture)
 
 
 def _draw_diagrams(page: _Page, content: SheetContent, top_in: float) -> None:

@@ -17,12 +17,14 @@ from spectral_probe.geometry.camera import pixel_rays
 from spectral_probe.model import Camera
 from spectral_probe.photo.read import srgb_to_linear
 from spectral_probe.photo.response import KNOTS
+from spectral_probe.render.outputs import DENOISED_NOTE, picture_header, picture_rgb
 from spectral_probe.render.pass_folder import new_pass_folder, render_steps
 from spectral_probe.render.plan import reference_plan
 from spectral_probe.render.plan_file import save_plan
 from spectral_probe.spectra.camera import camera_sensitivities
 from spectral_probe.spectra.colorimetry import rec709_to_xyz, spectra_to_xyz, xyz_to_rec709
 from spectral_probe.spectra.grid import STEP_NM
+from spectral_probe.spectra.working_space import working_space
 
 SIZE = 40
 NIKON = "Nikon 5100 (NPL)"
@@ -287,3 +289,42 @@ def test_objects_alone_hide_the_plate_and_say_that_they_cast_no_shadow(render, t
     np.testing.assert_array_equal(found[cover == 0], plate[cover == 0])
     np.testing.assert_allclose(found, plate * (1 - cover)[..., None] + cover[..., None], atol=1e-6)
     assert "no shadow catcher" in " ".join(json.loads((output / "composite.json").read_text())["remarks"])
+
+
+def denoise(folder, xyz):
+    """image.exr of a denoised render."""
+    header = picture_header(working_space(), None, "of a test")
+    header["comments"] += f"; {DENOISED_NOTE}"
+    write_rgb(folder / "image.exr", picture_rgb(xyz, working_space(), None), header=header)
+
+
+def test_objects_and_nothing_else_are_taken_from_a_denoised_render(render, tmp_path):
+    cover, _ = scene()
+    write_rgb(tmp_path / "plate.exr", textured_plate())
+    plain = composite(render, tmp_path / "plate.exr")
+    noisy = read_rgb(plain / "composite.exr")
+    assert json.loads((plain / "composite.json").read_text())["denoised_objects"] is False
+    # A darker square, and nonsense where no object is.
+    darker = 0.5 * scene()[1] * (1 - cover) + np.where(cover > 0, 0.8 * cover, 7.0)
+    denoise(render, darker[..., None] * rec709_to_xyz(np.ones(3)))
+    output = composite(render, tmp_path / "plate.exr")
+    found, numbers = read_rgb(output / "composite.exr"), json.loads((output / "composite.json").read_text())
+    np.testing.assert_array_equal(found[cover == 0], noisy[cover == 0])
+    np.testing.assert_allclose(found[cover == 1], 0.8, atol=1e-5)
+    np.testing.assert_allclose(
+        found[cover == 0.5], noisy[cover == 0.5] - 0.1, atol=0.01
+    )  # edges keep their share
+    assert numbers["denoised_objects"] is True
+    assert any("composite_rgb" in remark for remark in numbers["remarks"])
+    refused = composite(render, tmp_path / "plate.exr", "--as-rendered")
+    np.testing.assert_array_equal(read_rgb(refused / "composite.exr"), noisy)
+
+
+def test_denoised_objects_keep_the_colours_of_the_camera(nikon_render, tmp_path):
+    render, response = nikon_render
+    cover, _ = scene()
+    write_rgb(tmp_path / "plate.exr", (textured_plate() * response).astype(np.float32))
+    raw = read_rgb(composite(render, tmp_path / "plate.exr", "--camera", NIKON) / "composite.exr")
+    denoise(render, read_rgb(render / "xyz.exr", "XYZ"))
+    found = read_rgb(composite(render, tmp_path / "plate.exr", "--camera", NIKON) / "composite.exr")
+    np.testing.assert_allclose(found[cover > 0], raw[cover > 0], rtol=5e-3)

@@ -1,4 +1,5 @@
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -178,3 +179,18 @@ def test_delta_e_figure_states_its_scale(content):
         "0",
         f"{delta_e_ceiling(content.comparison):g}",
     }
+
+
+def test_a_photograph_and_its_composite_stand_side_by_side(sheet, content):
+    before, after = np.zeros((20, 30, 3), np.uint8), np.full((20, 30, 3), 99, np.uint8)
+    page = comparison_sheet(replace(content, composed=(before, after)))
+    places = {
+        int(image.get_array().max()): axes.get_position()
+        for axes in page.axes
+        for image in axes.images
+        if image.get_array().shape == before.shape
+    }
+    assert places[0].x1 < places[99].x0
+    assert places[0].y0 == pytest.approx(places[99].y0)
+    assert page.get_size_inches()[1] > sheet.get_size_inches()[1] + 3
+    assert {"Photograph", "Composite"} <= {text.get_text() for text in page.texts}
