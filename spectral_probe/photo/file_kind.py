@@ -112,7 +112,7 @@ def file_kind(path: Path) -> Kind:
         with path.open("rb") as file:
             head = file.read(64)
     except FileNotFoundError:
-        raise PhotographError(f"There is no photograph {path}. Check the name in the capture file.") from None
+        raise PhotographError(f"There is no photograph {path}. Check its name.") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "its name is not valid"
         raise PhotographError(
