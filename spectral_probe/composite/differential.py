@@ -89,8 +89,8 @@ def differential(
 
     Where objects cover a share a of a pixel, and beside them the share g of its ground is seen, the composite is
     plate (1 - a) + with - g without: the plate where no object is, what the objects do to the ground on top of it, and the
-    objects themselves [1]_. Away from the objects the difference with - without is smoothed, and fades to nothing where it would
-    not be seen.
+    objects themselves [1]_. The difference on the ground is smoothed, takes the photograph's texture (see the notes), and fades
+    to nothing where it would not be seen.
 
     Parameters
     ----------
@@ -119,6 +119,18 @@ def differential(
     RenderError
         If the images differ in size or hold values that are not numbers.
 
+    Notes
+    -----
+    with - without is the light that the objects take or give, times the reflectance that the *render* has. It is right where
+    plate and render differ by light: what a lamp unknown to the render adds stays. Where they differ by reflectance it is wrong by
+    their ratio, and plate with / without is right, whatever the render's reflectance. Nothing in a pixel tells which; over the
+    picture, what changes from pixel to pixel is nearly always texture, and what changes slowly may be either. So what is added is
+    level (with - without) / without: the proportion, times a level that has the plate's texture and the render's mean over
+    `TEXTURE_SHARE` of the picture. It is Debevec's difference where the two differ in level alone, the plate in proportion where
+    they differ in texture alone, and both where they agree, as with a ground whose reflectance was taken from the plate. Sharp
+    edges of real light on the plate, of shadows above all, count as texture. Without `smooth` it is Debevec's difference, noise
+    and all.
+
     References
     ----------
     .. [1] Debevec, P. (1998). Rendering Synthetic Objects into Real Scenes. SIGGRAPH 98. doi:10.1145/280814.280864
@@ -146,9 +158,8 @@ def differential(
     seen = ground if without_alpha is None else np.minimum(ground, np.asarray(without_alpha, np.float32))
     if without is None:
         nothing = np.zeros_like(plate)
-        return _composed(
-            plate, shown, covered, _Ground(nothing, nothing, np.zeros(touched.shape), touched & False)
-        )
+        unchanged = _Ground(nothing, nothing, nothing[..., 0], np.zeros(touched.shape, bool))
+        return _composed(plate, shown, covered, unchanged)
     without = _checked("render without the objects", without, plate)
     share = _seen_beside(covered, ground, without_alpha)[..., None]
     floor = (ground > 0) & ~touched
