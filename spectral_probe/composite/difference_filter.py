@@ -105,12 +105,12 @@ def _widths(relative: FloatArray, weight: FloatArray, mask: FloatArray) -> tuple
     widest = np.zeros(mask.shape, np.uint8)
     low: FloatArray = np.full(mask.shape, -np.inf, np.float32)
     high: FloatArray = np.full(mask.shape, np.inf, np.float32)
-    growing = mask > 0
+    growing, grey = mask > 0, np.full(3, 1 / 3, np.float32)
     for index, (side, mean) in enumerate(_means(relative, weight)):
         share = np.float32(_variance_share(side)) / np.maximum(_box(mask, side), 1e-6)
         spreads.append(np.sqrt(noise * share[..., None]))
-        estimate = mean.mean(-1)
-        deviation = CONFIDENCE.get(side, _CONFIDENCE_WIDE) * spreads[-1].mean(-1)
+        estimate = mean @ grey
+        deviation = CONFIDENCE.get(side, _CONFIDENCE_WIDE) * (spreads[-1] @ grey)
         low, high = np.maximum(low, estimate - deviation), np.minimum(high, estimate + deviation)
         growing &= low <= high
         if not growing.any():

@@ -121,8 +121,8 @@ def differential(
 
     Notes
     -----
-    with - without is the light that the objects take or give, times the reflectance that the *render* has. It is right where
-    plate and render differ by light: what a lamp unknown to the render adds stays. Where they differ by reflectance it is wrong by
+    with - without is the light that the objects take or give, times the reflectance of the *render*. It is right where
+    plate and render differ by light: what a lamp unknown to the render adds stays. Where they differ by reflectance it is off by
     their ratio, and plate with / without is right, whatever the render's reflectance. Nothing in a pixel tells which; over the
     picture, what changes from pixel to pixel is nearly always texture, and what changes slowly may be either. So what is added is
     level (with - without) / without: the proportion, times a level that has the plate's texture and the render's mean over
