@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
-import math
 import re
 import sys
 import time
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from . import cli_backplate, cli_compare, cli_composite, cli_filter, cli_render, cli_spectrum, cli_swap
-from .cli_render import whole_number
+from .cli_numbers import positive_number, whole_number
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
 from .model import Job, Progress
@@ -186,8 +185,10 @@ def _calibrate_words(calibrate: argparse.ArgumentParser) -> None:
     )
     calibrate.add_argument("--columns", type=whole_number, help="squares along one side (default: seen)")
     calibrate.add_argument("--rows", type=whole_number, help="squares along the other side (default: seen)")
-    calibrate.add_argument("--square-mm", type=_length, help="side of a square, for the record only")
-    calibrate.add_argument("--marker-mm", type=_length, help="side of a ChArUco marker (default: seen)")
+    calibrate.add_argument("--square-mm", type=positive_number, help="side of a square, for the record only")
+    calibrate.add_argument(
+        "--marker-mm", type=positive_number, help="side of a ChArUco marker (default: seen)"
+    )
     calibrate.add_argument(
         "--dictionary", metavar="NAME", help="ChArUco's markers, such as 5X5_100 (default: seen)"
     )
@@ -209,16 +210,6 @@ def _folder(
         default=default and Path(default),
         required=required and not default,
     )
-
-
-def _length(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f'"{text}" is no length in millimetres')
-    return value
 
 
 def _joined_bearings(words: Sequence[str]) -> list[str]:

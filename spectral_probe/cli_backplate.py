@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 
-from .cli_render import whole_number
+from .cli_numbers import positive_number, whole_number
 from .composite.matching import MatchSettings
 from .errors import RenderError
 from .model import Exposure
@@ -46,7 +45,7 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--size",
-        type=_length,
+        type=positive_number,
         metavar="M",
         help="height of the first object in metres (default: the copper ball as large as the ball was, others to it)",
     )
@@ -67,13 +66,13 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     ground = parser.add_argument_group("ground")
     ground.add_argument(
         "--ground-below",
-        type=_length,
+        type=positive_number,
         metavar="M",
         help="distance of the ground below the ball's centre, where the ball stood on something (default: its radius)",
     )
     ground.add_argument(
         "--ground-radius",
-        type=_length,
+        type=positive_number,
         metavar="M",
         help="radius of the ground (default: ten times the ball's)",
     )
@@ -84,9 +83,11 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         help="reflectance of the ground, linear Rec.709 (default: estimated from the plate)",
     )
     exposure = parser.add_argument_group("exposure of the plate (default: as it says)")
-    exposure.add_argument("--exposure-s", type=_length, metavar="S", help="exposure time in seconds")
-    exposure.add_argument("--iso", type=_length, default=None, help="ISO speed (default 100)")
-    exposure.add_argument("--f-number", type=_length, default=None, metavar="N", help="aperture (default 1)")
+    exposure.add_argument("--exposure-s", type=positive_number, metavar="S", help="exposure time in seconds")
+    exposure.add_argument("--iso", type=positive_number, default=None, help="ISO speed (default 100)")
+    exposure.add_argument(
+        "--f-number", type=positive_number, default=None, metavar="N", help="aperture (default 1)"
+    )
 
 
 def match_settings(arguments: argparse.Namespace) -> MatchSettings:
@@ -110,16 +111,6 @@ def match_settings(arguments: argparse.Namespace) -> MatchSettings:
         exposure=exposure,
         srgb=arguments.response == "srgb",
     )
-
-
-def _length(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f'"{text}" is not a number above 0')
-    return value
 
 
 def _reflectance(text: str) -> tuple[float, float, float]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from .cli_numbers import positive_number
 
 if TYPE_CHECKING:
     from .model import Job
@@ -36,9 +37,9 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE",
         help="the camera that took a raw photograph, or its sensitivities (CSV: nm, r, g, b)",
     )
-    plate.add_argument("--exposure-s", type=_positive, metavar="S", help="exposure time in seconds")
-    plate.add_argument("--iso", type=_positive, help="ISO speed")
-    plate.add_argument("--f-number", type=_positive, metavar="N", help="f-number")
+    plate.add_argument("--exposure-s", type=positive_number, metavar="S", help="exposure time in seconds")
+    plate.add_argument("--iso", type=positive_number, help="ISO speed")
+    plate.add_argument("--f-number", type=positive_number, metavar="N", help="f-number")
     parser.add_argument(
         "--no-rgb", action="store_true", help="leave out the composite of the ordinary RGB render"
     )
@@ -63,13 +64,3 @@ def run(arguments: argparse.Namespace) -> Job[dict[str, Any]]:
     )
     settings = CompositeSettings(plate, rgb=not arguments.no_rgb, denoised=not arguments.as_rendered)
     return composite(arguments.render, arguments.plate, arguments.output, settings)
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f'"{text}" is not a number above 0')
-    return value

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 from pathlib import Path
 
+from .cli_numbers import positive_number, whole_number
 from .cli_output import add_output_words
 from .cli_swap import add_swappable_words
 
@@ -70,7 +70,7 @@ def _add_plan_words(parser: argparse.ArgumentParser) -> None:
     )
     plan.add_argument(
         "--max-de",
-        type=_error,
+        type=positive_number,
         default=DEFAULT_MAX_DE2000,
         metavar="DE",
         help=f"dE2000 against all 61 wavelengths that 99 of 100 random pixels are to keep (default {DEFAULT_MAX_DE2000:g})",
@@ -89,13 +89,6 @@ def _add_plan_words(parser: argparse.ArgumentParser) -> None:
     plan.add_argument(
         "--plan-only", action="store_true", help="say the passes and their cost, render nothing"
     )
-
-
-def whole_number(text: str) -> int:
-    """A whole number above 0, for argparse."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f'"{text}" is no whole number above 0')
-    return int(text)
 
 
 def frame_list(text: str) -> tuple[int, ...]:
@@ -118,13 +111,3 @@ def frame_list(text: str) -> tuple[int, ...]:
 
 def _passes(text: str) -> int | str:
     return text if text == "all" else whole_number(text)
-
-
-def _error(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f'"{text}" is no colour difference, such as 0.5')
-    return value
