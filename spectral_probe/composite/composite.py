@@ -147,7 +147,10 @@ def _plate_path(given: Path | None, backplate: Backplate | None) -> Path:
     if given is not None:
         return Path(given)
     if backplate is None or backplate.photo == Path():
-        raise RenderError("The scene has no backplate, so nothing says which photograph is meant. Give it.")
+        raise RenderError(
+            "The scene has no backplate, so nothing says which photograph is meant. Give one: --plate PHOTO, or Photograph in "
+            "the Composite panel."
+        )
     return backplate.photo
 
 
