@@ -34,6 +34,9 @@ PYTHON = BIN / f"python{EXE}"
 
 OLDEST_UV = (0, 5)
 
+# Tests of one file stay in one process, for they share what is dear to make; a process with Blender takes about 1 GB.
+IN_PARALLEL = ("--numprocesses", "auto", "--maxprocesses", "4", "--dist", "loadfile")
+
 # Where distributions keep the libraries that bpy takes from the system: Debian and Ubuntu, Fedora, Arch.
 PACKAGES = {
     "libX11.so.6": ("libx11-6", "libX11", "libx11"),
@@ -292,7 +295,7 @@ def hand_over(words: list[str]) -> int:
     """Run the verb in `.venv`; on POSIX this process becomes it."""
     if words[:1] == ["test"]:
         os.chdir(ROOT)  # pytest finds its settings and tests there
-        command = [str(PYTHON), "-m", "pytest", *words[1:]]
+        command = [str(PYTHON), "-m", "pytest", *IN_PARALLEL, *words[1:]]
     elif words[:1] == ["build"]:
         command = [str(PYTHON), str(ROOT / ".ci" / "build_extension.py"), *words[1:]]
     else:
