@@ -1,11 +1,11 @@
 """What a comparison of the spectral with the RGB render shows, and its numbers by object."""
 
-import math
 from typing import Any
 
 import bpy
 from bpy.props import CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
 
+from . import spectrum_properties
 from .library_pickers import lamp_names
 from .region_properties import table_file
 
@@ -51,20 +51,8 @@ class SPECTRAL_PROBE_PG_compare(bpy.types.PropertyGroup):
         search_options={"SUGGESTION"},
     )
     lamp_path: table_file("Spectrum", "CSV with wavelength_nm,power, in place of a lamp's name")
-    azimuth: FloatProperty(
-        name="Bearing",
-        description="Compass bearing of the direction: 0 along +Y, clockwise seen from above, 90 along +X",
-        subtype="ANGLE",
-        precision=2,
-    )
-    elevation: FloatProperty(
-        name="Elevation",
-        description="Elevation of the direction above the horizon",
-        subtype="ANGLE",
-        precision=2,
-        min=-math.pi / 2,
-        max=math.pi / 2,
-    )
+    azimuth: spectrum_properties.bearing()
+    elevation: spectrum_properties.height()
     metals: StringProperty(
         name="Metals",
         description="Metals of the library, or pages of refractiveindex.info, parted by commas",

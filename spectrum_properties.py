@@ -1,21 +1,25 @@
 """The direction whose spectrum is shown, on `Scene.spectral_probe.spectrum`, and what it gave."""
 
 import math
+from typing import Any
 
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 
-class SPECTRAL_PROBE_PG_spectrum(bpy.types.PropertyGroup):
-    """A direction of the probe, a measured spectrum to compare with, and the numbers last computed."""
-
-    azimuth: FloatProperty(
+def bearing() -> Any:
+    """The field of a direction's compass bearing."""
+    return FloatProperty(
         name="Bearing",
         description="Compass bearing of the direction: 0 along +Y, clockwise seen from above, 90 along +X",
         subtype="ANGLE",
         precision=2,
     )
-    elevation: FloatProperty(
+
+
+def height() -> Any:
+    """The field of a direction's elevation, its height above the horizon."""
+    return FloatProperty(
         name="Elevation",
         description="Elevation of the direction above the horizon",
         subtype="ANGLE",
@@ -23,6 +27,13 @@ class SPECTRAL_PROBE_PG_spectrum(bpy.types.PropertyGroup):
         min=-math.pi / 2,
         max=math.pi / 2,
     )
+
+
+class SPECTRAL_PROBE_PG_spectrum(bpy.types.PropertyGroup):
+    """A direction of the probe, a measured spectrum to compare with, and the numbers last computed."""
+
+    azimuth: bearing()
+    elevation: height()
     radius: FloatProperty(
         name="Radius",
         description="Radius of the disc about the direction that the spectrum is averaged over",

@@ -161,10 +161,10 @@ def differential(
         unchanged = _Ground(nothing, nothing, nothing[..., 0], np.zeros(touched.shape, bool))
         return _composed(plate, shown, covered, unchanged)
     without = _checked("render without the objects", without, plate)
-    share = _seen_beside(covered, ground, without_alpha)[..., None]
+    alone = covered + ground if without_alpha is None else np.asarray(without_alpha, np.float32)
+    share = _seen_beside(covered, ground, alone)[..., None]
     floor = (ground > 0) & ~touched
     if smooth:
-        alone = covered + ground if without_alpha is None else np.asarray(without_alpha, np.float32)
         calm = without if denoised is None else _calm(without, alone)
         on_ground = _smooth_ground(plate, with_, without, share, seen, floor, touched, calm)
     else:
@@ -320,9 +320,8 @@ def _shaded(plate: FloatArray, difference: FloatArray, left: FloatArray) -> tupl
     return changed + part * (proportion - changed), part[..., 0] > 0
 
 
-def _seen_beside(covered: FloatArray, ground: FloatArray, without_alpha: FloatArray | None) -> FloatArray:
-    """Share (H, W) of the ground that is still seen beside the objects: 1 where there are none."""
-    alone = covered + ground if without_alpha is None else np.asarray(without_alpha, np.float32)
+def _seen_beside(covered: FloatArray, ground: FloatArray, alone: FloatArray) -> FloatArray:
+    """Share (H, W) of the ground that is still seen beside the objects, of what is seen of it alone: 1 where there are none."""
     share = np.divide(ground, alone, out=np.zeros_like(ground), where=alone > 0)
     return np.where(covered > 0, np.clip(share, 0, 1), np.float32(1))
 
