@@ -2,6 +2,7 @@
 
 import bpy
 
+from . import import_menu
 from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
     SPECTRAL_PROBE_PT_ball,
@@ -28,7 +29,7 @@ from .render import SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
 from .swap import SPECTRAL_PROBE_PT_swap, SPECTRAL_PROBE_UL_swappable
 from .torrance_sparrow import SPECTRAL_PROBE_PT_torrance_sparrow
 
-register, unregister = bpy.utils.register_classes_factory(
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PROBE_UL_views,
         SPECTRAL_PROBE_UL_photos,
@@ -60,3 +61,15 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_torrance_sparrow,
     )
 )
+
+
+def register() -> None:
+    """Make the panels known to Blender, and add to its menus."""
+    _register_classes()
+    import_menu.register()
+
+
+def unregister() -> None:
+    """Take them back."""
+    import_menu.unregister()
+    _unregister_classes()
