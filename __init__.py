@@ -7,15 +7,15 @@ tools that meet this file as the parent of `spectral_probe` (the plain core) nev
 
 def register() -> None:
     """Make the settings, operators and panels known to Blender."""
-    from . import operators, panels, preferences, properties
+    from . import operators, panels, preferences, properties, versions
 
-    for part in (preferences, properties, operators, panels):
+    for part in (preferences, properties, operators, panels, versions):
         part.register()
 
 
 def unregister() -> None:
     """Take everything back, last first."""
-    from . import operators, panels, preferences, properties
+    from . import operators, panels, preferences, properties, versions
 
-    for part in (panels, operators, properties, preferences):
+    for part in (versions, panels, operators, properties, preferences):
         part.unregister()
