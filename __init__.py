@@ -7,15 +7,15 @@ tools that meet this file as the parent of `spectral_probe` (the plain core) nev
 
 def register() -> None:
     """Make the settings, operators and panels known to Blender."""
-    from . import operators, panels, preferences, properties, versions
+    from . import file_handlers, operators, panels, preferences, properties
 
-    for part in (preferences, properties, operators, panels, versions):
+    for part in (preferences, properties, operators, panels, file_handlers):
         part.register()
 
 
 def unregister() -> None:
     """Take everything back, last first."""
-    from . import operators, panels, preferences, properties, versions
+    from . import file_handlers, operators, panels, preferences, properties
 
-    for part in (versions, panels, operators, properties, preferences):
+    for part in (file_handlers, panels, operators, properties, preferences):
         part.unregister()

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import bpy
-from bpy.app.handlers import persistent
 
 CURRENT = 1
 
@@ -62,9 +61,9 @@ def is_newer(settings: bpy.types.PropertyGroup) -> bool:
     return bool(settings.version > CURRENT)
 
 
-def stored_settings(scene: bpy.types.Scene) -> Stored | None:
-    """What a scene holds of its settings, as it lies in the file: numbers for menus; None where it holds nothing."""
-    group = scene.bl_system_properties_get(do_create=False)
+def stored_settings(block: bpy.types.ID) -> Stored | None:
+    """What a datablock holds of our settings, as it lies in the file: numbers for menus; None where it holds nothing."""
+    group = block.bl_system_properties_get(do_create=False)
     return None if group is None else group.get("spectral_probe")
 
 
@@ -73,53 +72,3 @@ def stamp(scenes: Iterable[bpy.types.Scene]) -> None:
     for scene in scenes:
         if stored_settings(scene) is not None and scene.spectral_probe.version < CURRENT:
             scene.spectral_probe.version = CURRENT
-
-
-# ---------------------------------------------------------------- when files are opened, joined and saved
-
-
-@persistent
-def _loaded(*_: object) -> None:
-    for scene in bpy.data.scenes:
-        upgrade(scene)
-
-
-@persistent
-def _imported(context: bpy.types.BlendImportContext, *_: object) -> None:
-    """Only what came in: scenes made here have the same number as files of before there was one."""
-    for item in context.import_items:
-        if isinstance(item.id, bpy.types.Scene):
-            upgrade(item.id)
-
-
-@persistent
-def _saving(*_: object) -> None:
-    stamp(bpy.data.scenes)
-
-
-_HANDLERS = (("load_post", _loaded), ("blend_import_post", _imported), ("save_pre", _saving))
-
-
-def _upgrade_open_file() -> None:
-    _loaded()
-
-
-def register() -> None:
-    """Upgrade what is opened from now on, and the file that is open already."""
-    for name, handler in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, name)
-        if handler not in handlers:
-            handlers.append(handler)
-    # While an extension is enabled its file cannot be reached; the timer runs once.
-    bpy.app.timers.register(_upgrade_open_file, first_interval=0.0)
-
-
-def unregister() -> None:
-    """Take the handlers back; scenes keep the number by which they are known when it is enabled again."""
-    if bpy.app.timers.is_registered(_upgrade_open_file):
-        bpy.app.timers.unregister(_upgrade_open_file)
-    for name, handler in reversed(_HANDLERS):
-        handlers = getattr(bpy.app.handlers, name)
-        if handler in handlers:
-            handlers.remove(handler)
-    stamp(getattr(bpy.data, "scenes", ()))  # none while Blender quits

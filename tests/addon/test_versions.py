@@ -132,17 +132,5 @@ def test_a_later_version_loses_nothing(settings, versions, tmp_path):
     assert (stored["of_the_future"], stored["method"]) == ("kept", 9)
 
 
-def test_handlers_come_and_go(extension, versions):
-    names = [name for name, _ in versions._HANDLERS]
-    assert all(handler in getattr(bpy.app.handlers, name) for name, handler in versions._HANDLERS)
-    extension.unregister()
-    try:
-        left = [handler.__module__ for name in names for handler in getattr(bpy.app.handlers, name)]
-        assert not [module for module in left if "spectral_probe" in module]
-        assert not bpy.app.timers.is_registered(versions._upgrade_open_file)
-    finally:
-        extension.register()
-
-
 def test_every_version_has_its_upgrade(versions):
     assert len(versions.UPGRADES) == versions.CURRENT

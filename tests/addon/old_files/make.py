@@ -52,7 +52,7 @@ def main(checkout, target):
         repository = Path(resources) / "extensions" / "user_default"
         repository.mkdir(parents=True)
         (repository / "spectral_probe").symlink_to(checkout.resolve(), target_is_directory=True)
-        import bpy  # not before its folders are set
+        import bpy  # noqa: I001  (not before its folders are set; it brings addon_utils)
 
         import addon_utils
 
