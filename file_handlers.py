@@ -10,6 +10,7 @@ from bpy.app.handlers import persistent
 
 from . import versions
 from .operators.bridge import own_paths
+from .operators.missing import keep_missing
 
 
 @persistent
@@ -17,6 +18,7 @@ def _loaded(*_: object) -> None:
     for scene in bpy.data.scenes:
         versions.upgrade(scene)
     _resolve_linked()
+    keep_missing(bpy.context)
 
 
 @persistent
@@ -31,6 +33,7 @@ def _imported(context: bpy.types.BlendImportContext, *_: object) -> None:
             library = Path(bpy.path.abspath(item.source_library.filepath))
             own_paths.follow((item.id,), library.parent, own)
     _resolve_linked()
+    keep_missing(bpy.context)
 
 
 def _resolve_linked() -> None:
@@ -50,8 +53,7 @@ def _saving_handlers() -> tuple[tuple[str, Callable[..., None]], ...]:
         put_back.clear()
         old, new = bpy.data.filepath, Path(filepath).parent
         if old and Path(old).parent != new:
-            blocks = [block for block in own_paths.blocks_with_settings() if block.library is None]
-            put_back.append(own_paths.follow(blocks, Path(old).parent, new))
+            put_back.append(own_paths.follow(own_paths.local_blocks(), Path(old).parent, new))
 
     @persistent
     def after(filepath: str, *_: object) -> None:

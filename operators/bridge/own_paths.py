@@ -5,9 +5,9 @@ material from a file. Groups that a datablock has no data of are not looked into
 """
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 import bpy
 
@@ -58,6 +58,11 @@ def blocks_with_settings() -> Iterator[bpy.types.ID]:
     """Every datablock of the file that has settings of ours."""
     for blocks in (bpy.data.scenes, bpy.data.materials, bpy.data.lights):
         yield from (block for block in blocks if stored_settings(block) is not None)
+
+
+def local_blocks() -> list[bpy.types.ID]:
+    """Those that belong to this file: linked ones are changed in theirs."""
+    return [block for block in blocks_with_settings() if block.library is None]
 
 
 def path_fields(block: bpy.types.ID) -> Iterator[PathField]:
@@ -128,8 +133,8 @@ def make_relative(blocks: Iterable[bpy.types.ID]) -> int:
     folder = Path(bpy.data.filepath).parent
     changed = 0
     for field in _own(blocks):
-        text, prop = field.text, field.owner.bl_rna.properties[field.name]
-        if not prop.is_path_supports_blend_relative or not Path(text).is_absolute():
+        text = field.text
+        if field.kind not in _PATHS or not Path(text).is_absolute():
             continue
         written = _written(Path(text), folder, text)
         changed += written != text
@@ -150,8 +155,7 @@ def make_absolute(blocks: Iterable[bpy.types.ID]) -> int:
 
 def _own(blocks: Iterable[bpy.types.ID]) -> Iterator[PathField]:
     for block in blocks:
-        if block.library is None:
-            yield from list(path_fields(block))
+        yield from list(path_fields(block))  # a list: they are changed on the way
 
 
 def _written(path: Path, folder: Path | None, like: str) -> str:
@@ -164,3 +168,88 @@ def _written(path: Path, folder: Path | None, like: str) -> str:
         except ValueError:  # on another drive
             pass
     return str(path) + end
+
+
+# ---------------------------------------------------------------- missing
+
+
+MARKERS = {"probe_directory": "probe.exr", "render_directory": "xyz.exr"}
+"""The file by which a folder of ours is known."""
+
+_NOT_NEEDED = {"capture_path"}
+"""Files that nothing reads again."""
+
+
+def missing(blocks: Iterable[bpy.types.ID]) -> dict[str, list[PathField]]:
+    """Files that settings name and that are not there: the absolute path of each, and the settings that name it.
+
+    A folder of results counts where something was made in it; it is told by the file that it is known by.
+    """
+    gone: dict[str, list[PathField]] = {}
+    for block in blocks:
+        for field in path_fields(block):
+            wanted = _needed(field)
+            if wanted is not None and not wanted.exists():
+                gone.setdefault(str(wanted), []).append(field)
+    return gone
+
+
+def _needed(field: PathField) -> Path | None:
+    """The file that a setting needs, None where it needs none, such as where it is a name of the library."""
+    text, path = field.text, field.path()
+    marker = _marker(field)
+    if marker:
+        made = field.owner.probe.width_px if field.name == "probe_directory" else field.owner.render.passes
+        return path / marker if made and path is not None else None
+    if field.kind == "DIR_PATH" or field.name in _NOT_NEEDED or path is None:
+        return None
+    return path if text.startswith(RELATIVE) or Path(text).is_absolute() or _of_windows(text) else None
+
+
+def _marker(field: PathField) -> str:
+    """The file that the folder of a setting is known by; none where it follows another setting."""
+    whole = field.owner == field.owner.id_data.spectral_probe
+    return MARKERS.get(field.name, "") if whole else ""
+
+
+def _of_windows(text: str) -> bool:
+    return PureWindowsPath(text).is_absolute()
+
+
+def put_found(gone: Mapping[str, list[PathField]], found: Mapping[str, Path]) -> int:
+    """Write where missing files were found into the settings that name them; how many files these were.
+
+    A folder takes those that lie in it along. Where a path was relative, it is again.
+    """
+    for old, new in found.items():
+        for field in gone[old]:
+            text = field.text
+            folder = Path(bpy.data.filepath).parent if text.startswith(RELATIVE) else None
+            marker = _marker(field)
+            place = new.parent if marker else new
+            field.set(_written(place, folder, text))
+            if marker:
+                _take_along(field.owner, text, field.text)
+                _take_images(Path(old).parent, place)
+    return len(found)
+
+
+def _take_along(settings: bpy.types.PropertyGroup, old: str, new: str) -> None:
+    """Results in a folder that was found lie where it lies."""
+    for field in list(path_fields(settings.id_data)):
+        rest = field.text.removeprefix(old.rstrip("/\\"))
+        if field.kind == "DIR_PATH" and rest != field.text and rest[:1] in {"", "/", "\\"}:
+            field.set(new.rstrip("/\\") + rest)
+
+
+def _take_images(old: Path, new: Path) -> None:
+    """Pictures of a folder that was found, such as the world's panorama, are shown from where it lies."""
+    for image in bpy.data.images:
+        path = Path(bpy.path.abspath(image.filepath)) if image.filepath else None
+        if image.library is not None or path is None or not path.is_relative_to(old) or path.exists():
+            continue
+        there = new / path.relative_to(old)
+        if there.is_file():
+            folder = Path(bpy.data.filepath).parent if image.filepath.startswith(RELATIVE) else None
+            image.filepath = _written(there, folder, "")
+            image.reload()
