@@ -2,6 +2,8 @@
 
 import bpy
 
+from . import add_menu
+from .add_menu import SPECTRAL_PROBE_MT_add_metal
 from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
     SPECTRAL_PROBE_PT_ball,
@@ -26,9 +28,14 @@ from .plots import SPECTRAL_PROBE_PT_plots
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
 from .render import SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
 from .swap import SPECTRAL_PROBE_PT_swap, SPECTRAL_PROBE_UL_swappable
+from .swatches import (
+    SPECTRAL_PROBE_PT_light_swatches,
+    SPECTRAL_PROBE_PT_material_swatches,
+    SPECTRAL_PROBE_UL_swatches,
+)
 from .torrance_sparrow import SPECTRAL_PROBE_PT_torrance_sparrow
 
-register, unregister = bpy.utils.register_classes_factory(
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PROBE_UL_views,
         SPECTRAL_PROBE_UL_photos,
@@ -57,6 +64,22 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_compare,
         SPECTRAL_PROBE_PT_material,
         SPECTRAL_PROBE_PT_light,
+        SPECTRAL_PROBE_UL_swatches,
+        SPECTRAL_PROBE_PT_material_swatches,
+        SPECTRAL_PROBE_PT_light_swatches,
+        SPECTRAL_PROBE_MT_add_metal,
         SPECTRAL_PROBE_PT_torrance_sparrow,
     )
 )
+
+
+def register() -> None:
+    """Make the panels and the Add menu's line known to Blender."""
+    _register_classes()
+    add_menu.register()
+
+
+def unregister() -> None:
+    """Take them back."""
+    add_menu.unregister()
+    _unregister_classes()
