@@ -2,6 +2,8 @@
 
 import bpy
 
+from . import add_menu
+from .add_menu import SPECTRAL_PROBE_MT_add_metal
 from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
     SPECTRAL_PROBE_PT_ball,
@@ -28,6 +30,11 @@ from .plots import SPECTRAL_PROBE_PT_plots
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
 from .render import SPECTRAL_PROBE_PT_render, draw_render_menu
 from .swap import SPECTRAL_PROBE_PT_swap, SPECTRAL_PROBE_UL_swappable
+from .swatches import (
+    SPECTRAL_PROBE_PT_light_swatches,
+    SPECTRAL_PROBE_PT_material_swatches,
+    SPECTRAL_PROBE_UL_swatches,
+)
 from .torrance_sparrow import SPECTRAL_PROBE_PT_torrance_sparrow
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
@@ -60,6 +67,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_compare,
         SPECTRAL_PROBE_PT_material,
         SPECTRAL_PROBE_PT_light,
+        SPECTRAL_PROBE_UL_swatches,
+        SPECTRAL_PROBE_PT_material_swatches,
+        SPECTRAL_PROBE_PT_light_swatches,
+        SPECTRAL_PROBE_MT_add_metal,
         SPECTRAL_PROBE_PT_torrance_sparrow,
     )
 )
@@ -69,9 +80,11 @@ def register() -> None:
     """Make panels and menu entries known to Blender."""
     _register_classes()
     bpy.types.TOPBAR_MT_render.append(draw_render_menu)
+    add_menu.register()
 
 
 def unregister() -> None:
     """Take them back."""
+    add_menu.unregister()
     bpy.types.TOPBAR_MT_render.remove(draw_render_menu)
     _unregister_classes()
