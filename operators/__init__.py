@@ -31,6 +31,7 @@ from .move_photo import (
     SPECTRAL_PROBE_OT_spread_views,
 )
 from .plan_render import SPECTRAL_PROBE_OT_plan_render
+from .preset import SPECTRAL_PROBE_OT_load_preset, SPECTRAL_PROBE_OT_save_preset
 from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
 from .render_spectral import SPECTRAL_PROBE_OT_render_animation, SPECTRAL_PROBE_OT_render_spectral
 from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
@@ -51,6 +52,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_import_photographs,
         SPECTRAL_PROBE_FH_photographs,
         SPECTRAL_PROBE_OT_save_capture,
+        SPECTRAL_PROBE_OT_load_preset,
+        SPECTRAL_PROBE_OT_save_preset,
         SPECTRAL_PROBE_OT_add_view,
         SPECTRAL_PROBE_OT_remove_view,
         SPECTRAL_PROBE_OT_add_photos,

@@ -9,6 +9,7 @@ import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
+from ..preferences import library_folder
 from ..spectral_probe.errors import CaptureError
 from ..spectral_probe.model import Capture, Job
 from .base import OperatorResult
@@ -18,10 +19,10 @@ from .photograph_files import BROWSED, DROPPED_SUFFIXES, Found, chosen_files, lo
 from .photograph_views import (
     add_views,
     assume_equal_exposures,
+    choose_camera,
     folders_beside,
     named,
     paths_in,
-    recognise_camera,
     remarks,
     summary,
 )
@@ -82,7 +83,11 @@ class SPECTRAL_PROBE_OT_import_photographs(JobOperator, bpy.types.Operator):
         """Look at the files."""
         paths = chosen_files(self.directory, (file.name for file in self.files), self.filepath)
         fresh = self.replace or not context.scene.spectral_probe.views
-        return look_at(paths, use_capture_file=self.use_capture_file and self.views == "AUTOMATIC" and fresh)
+        return look_at(
+            paths,
+            use_capture_file=self.use_capture_file and self.views == "AUTOMATIC" and fresh,
+            library=library_folder(),
+        )
 
     def done(self, context: bpy.types.Context, result: Found) -> None:
         """Fill the settings, and say what was made of the photographs and what was not."""
@@ -108,7 +113,7 @@ class SPECTRAL_PROBE_OT_import_photographs(JobOperator, bpy.types.Operator):
         first = len(settings.views) + 1
         add_views(settings, grouping.views)
         equal = assume_equal_exposures(settings, grouping.views)
-        recognise_camera(settings, grouping)
+        choose_camera(settings, result.camera)
         folders_beside(settings, grouping.views[0].photos[0].path.parent)
         model = settings.camera.model or settings.camera.sensitivities
         told += remarks(grouping, first, equal, model)

@@ -31,10 +31,14 @@ _MOST_CAPTURE_FILES = 20
 
 @dataclass(frozen=True)
 class Found:
-    """What the files gave: a capture file and its content, or photographs in views; `refused` says why others were left out."""
+    """What the files gave: a capture file and its content, or photographs in views; `refused` says why others were left out.
+
+    `camera` is the name of the camera of raw photographs, where all are of one that is known.
+    """
 
     grouping: Grouping
     capture: tuple[Path, Capture] | None = None
+    camera: str = ""
     refused: tuple[str, ...] = ()
 
 
@@ -85,10 +89,11 @@ def _useful(folder: Path) -> list[Path]:
     ]
 
 
-def look_at(paths: Sequence[Path], *, use_capture_file: bool) -> Job[Found]:
+def look_at(paths: Sequence[Path], *, use_capture_file: bool, library: Path | None) -> Job[Found]:
     """Read what the files say, and sort photographs into views. Touches no Blender data.
 
     A capture file among them, or where asked for one beside them that names exactly these photographs, goes before.
+    `library` is the user's folder, which may have cameras.
     """
     from ..spectral_probe.photo.grouping import group_photographs
     from ..spectral_probe.photo.metadata import read_record
@@ -109,7 +114,22 @@ def look_at(paths: Sequence[Path], *, use_capture_file: bool) -> Job[Found]:
     grouping = group_photographs(records)
     if capture is None and use_capture_file:
         capture = _capture_beside([photo.path for view in grouping.views for photo in view.photos])
-    return Found(grouping, capture, tuple(refused))
+    return Found(grouping, capture, _camera_of(grouping, library), tuple(refused))
+
+
+def _camera_of(grouping: Grouping, library: Path | None) -> str:
+    """The name of the camera of raw photographs; empty where there are none, or it is not known."""
+    from ..spectral_probe.spectra.camera_names import LIBRARY_CAMERAS, library_camera
+
+    raw = any(record.encoding == "raw" for view in grouping.views for record in view.photos)
+    if not raw or len(grouping.cameras) != 1:
+        return ""
+    own: Iterable[str] = ()
+    if library is not None:
+        from ..spectral_probe.spectra.camera import cameras_in
+
+        own = cameras_in(library)
+    return library_camera(grouping.cameras[0], (*LIBRARY_CAMERAS, *own)) or ""
 
 
 def _capture_among(paths: Sequence[Path]) -> tuple[tuple[Path, Capture] | None, list[str]]:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from ..preferences import library_folder
 from ..spectral_probe.geometry.bearings import are_even, bearings_between_deg, even_bearings_deg
 from .settings import add_photos
 
@@ -72,19 +71,11 @@ def assume_equal_exposures(settings: bpy.types.PropertyGroup, groups: Sequence[V
     return bool(records)
 
 
-def recognise_camera(settings: bpy.types.PropertyGroup, grouping: Grouping) -> str:
-    """Choose the camera of raw photographs, if it is known and none was chosen; its name, or an empty text."""
-    from ..spectral_probe.spectra.camera import camera_names, cameras_in
-    from ..spectral_probe.spectra.camera_names import library_camera
-
+def choose_camera(settings: bpy.types.PropertyGroup, model: str) -> None:
+    """Choose the camera that took the photographs, unless one was chosen already."""
     camera = settings.camera
-    raw = any(record.encoding == "raw" for group in grouping.views for record in group.photos)
-    if not raw or camera.model or camera.sensitivities or len(grouping.cameras) != 1:
-        return ""
-    folder = library_folder()
-    own = () if folder is None else tuple(cameras_in(folder))
-    camera.model = library_camera(grouping.cameras[0], (*own, *camera_names())) or ""
-    return str(camera.model)
+    if model and not camera.model and not camera.sensitivities:
+        camera.model = model
 
 
 def folders_beside(settings: bpy.types.PropertyGroup, folder: Path) -> None:
