@@ -38,7 +38,7 @@ class SPECTRAL_PROBE_OT_import_photographs(JobOperator, bpy.types.Operator):
     """Import photographs of a mirrored ball, and sort them into brackets and views by their exposures and times"""
 
     bl_idname = "spectral_probe.import_photographs"
-    bl_label = "Import Mirrored Ball Photographs"
+    bl_label = "Import Photographs"
 
     in_thread = True
 

@@ -173,10 +173,13 @@ def linked_copy(source: Path, target: Path) -> None:
 
 def lay_checkout_over(project_root: Path, extension: Path) -> None:
     """Replace the code and data of an installed extension by the checkout's; manifest and wheels stay."""
-    manifest = (extension / "blender_manifest.toml").read_bytes()
+    manifest = extension / "blender_manifest.toml"
+    content, written = manifest.read_bytes(), manifest.stat()
     shutil.rmtree(extension)
     extension.mkdir()
-    (extension / "blender_manifest.toml").write_bytes(manifest)
+    manifest.write_bytes(content)
+    # Blender looks for the wheels anew where its time changed, and takes the libraries away when it finds none.
+    os.utime(manifest, ns=(written.st_atime_ns, written.st_mtime_ns))
     for file in project_root.glob("*.py"):
         shutil.copy2(file, extension / file.name)
     for name in PRODUCT_FOLDERS:
