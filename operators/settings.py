@@ -11,7 +11,6 @@ import bpy
 
 from ..preferences import library_folder
 from ..spectral_probe.errors import CaptureError
-from ..spectral_probe.files.spectrum_file import is_spectrum_file
 from ..spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
 from .settings_light import (
     calibration_from,
@@ -102,6 +101,8 @@ def add_photos(view: bpy.types.PropertyGroup, paths: list[Path]) -> None:
 
 def material_from(text: str) -> str | Mapping[str, float]:
     """A ball material: "Fe 0.74, Cr 0.18" as fractions of metals, a file's name as its path, anything else as a name."""
+    from ..spectral_probe.files.spectrum_file import is_spectrum_file
+
     if is_spectrum_file(text.strip()):
         return bpy.path.abspath(text.strip())
     parts = [_FRACTION.fullmatch(part) for part in text.split(",")]
