@@ -32,8 +32,12 @@ def has_probe(
     """A probe was built, or its folder chosen."""
     settings = context.scene.spectral_probe
     directory = str(probe_folder(settings)) if settings.probe_directory else ""
-    if settings.probe_directory and probe_folder(settings).parent.name == "edits":
+    if settings.packed.files:
+        message = "The files of the probe are gone. Unpack it: the .blend holds a copy"
+    elif settings.probe_directory and probe_folder(settings).parent.name == "edits":
         message = "The files of the edited light are gone. Build the probe again, or choose its folder"
+    elif settings.probe.width_px and settings.probe_directory:
+        message = "The files of the probe are gone. Find them (File > External Data), choose its folder, or build it again"
     return _has_file(operator, directory, "probe.exr", message)
 
 

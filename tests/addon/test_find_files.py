@@ -1,7 +1,6 @@
 """Missing files are told, found again by folder, and our paths made relative or absolute."""
 
 import shutil
-from pathlib import Path
 
 import bpy
 import pytest
@@ -130,5 +129,5 @@ def test_paths_become_absolute_and_relative_again(project):
 
 def test_an_unsaved_file_has_nothing_to_be_relative_to():
     assert not ops.make_paths.poll()
-    with pytest.raises(RuntimeError, match="Save the .blend first"):
+    with pytest.raises(RuntimeError, match=r"Save the \.blend first"):
         ops.make_paths()
