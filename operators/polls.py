@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
+from .missing import still_missing
 from .settings import probe_folder
+from .typed import path_of
 
 type OperatorClass = type[bpy.types.Operator]
 
@@ -17,6 +20,23 @@ def has_views(operator: OperatorClass, context: bpy.types.Context) -> bool:
         return True
     operator.poll_message_set("Import a capture or add a view first")
     return False
+
+
+def has_photographs(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """The scene has a view, and none of its photographs was missing when the file was opened and still is."""
+    if not has_views(operator, context):
+        return False
+    gone = set(still_missing(context))
+    photos = (
+        [photo.path for view in context.scene.spectral_probe.views for photo in view.photos] if gone else []
+    )
+    count = sum(str(path_of(path)) in gone for path in photos)
+    if count:
+        text = rpt_(
+            "Photographs are missing: {count}. Find them with File > External Data > Find Spectral Probe Files"
+        )
+        operator.poll_message_set(text.format(count=count))
+    return not count
 
 
 def has_light(operator: OperatorClass, context: bpy.types.Context) -> bool:
