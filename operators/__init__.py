@@ -25,6 +25,7 @@ from .match_backplate import SPECTRAL_PROBE_OT_add_ground, SPECTRAL_PROBE_OT_mat
 from .pack_probe import SPECTRAL_PROBE_OT_pack_probe, SPECTRAL_PROBE_OT_unpack_probe
 from .plan_render import SPECTRAL_PROBE_OT_plan_render
 from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
+from .render_folder import SPECTRAL_PROBE_OT_own_render_folder
 from .render_spectral import SPECTRAL_PROBE_OT_render_animation, SPECTRAL_PROBE_OT_render_spectral
 from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
@@ -52,6 +53,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_find_files,
         SPECTRAL_PROBE_OT_make_paths,
         SPECTRAL_PROBE_OT_pack_probe,
+        SPECTRAL_PROBE_OT_own_render_folder,
         SPECTRAL_PROBE_OT_unpack_probe,
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
