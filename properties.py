@@ -16,7 +16,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compare_properties, region_properties, swap_properties, swatch_properties
+from . import compare_properties, packed_properties, region_properties, swap_properties, swatch_properties
 from .backplate_properties import SPECTRAL_PROBE_PG_backplate
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
@@ -277,6 +277,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+    packed: PointerProperty(type=packed_properties.SPECTRAL_PROBE_PG_packed)
     spectrum: PointerProperty(type=SPECTRAL_PROBE_PG_spectrum)
     region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
     edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
@@ -369,6 +370,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_view,
         SPECTRAL_PROBE_PG_camera,
         SPECTRAL_PROBE_PG_probe,
+        *packed_properties.CLASSES,
         SPECTRAL_PROBE_PG_output,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_composite,

@@ -22,8 +22,10 @@ from .find_files import SPECTRAL_PROBE_OT_find_files, SPECTRAL_PROBE_OT_make_pat
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
 from .match_backplate import SPECTRAL_PROBE_OT_add_ground, SPECTRAL_PROBE_OT_match_backplate
+from .pack_probe import SPECTRAL_PROBE_OT_pack_probe, SPECTRAL_PROBE_OT_unpack_probe
 from .plan_render import SPECTRAL_PROBE_OT_plan_render
 from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
+from .render_folder import SPECTRAL_PROBE_OT_own_render_folder
 from .render_spectral import SPECTRAL_PROBE_OT_render_animation, SPECTRAL_PROBE_OT_render_spectral
 from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
 from .save_capture import SPECTRAL_PROBE_OT_save_capture
@@ -50,6 +52,9 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_remove_region_light,
         SPECTRAL_PROBE_OT_find_files,
         SPECTRAL_PROBE_OT_make_paths,
+        SPECTRAL_PROBE_OT_pack_probe,
+        SPECTRAL_PROBE_OT_own_render_folder,
+        SPECTRAL_PROBE_OT_unpack_probe,
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
         SPECTRAL_PROBE_OT_build_probe,

@@ -9,7 +9,7 @@ import bpy
 from ..spectral_probe.model import Job, Outline, Progress, ViewSettings
 from .job import JobOperator
 from .pictures import show
-from .polls import has_views
+from .polls import has_photographs
 from .settings import capture_from
 
 
@@ -62,7 +62,7 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be photographs."""
-        return has_views(cls, context)
+        return has_photographs(cls, context)
 
     def job(self, context: bpy.types.Context) -> Job[list[FoundOutline]]:
         """Look in every view, or in the active one."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -13,7 +12,7 @@ from ..spectral_probe.model import Job, Region
 from .job import JobOperator
 from .polls import has_probe, has_region
 from .results import keep_edits
-from .settings import probe_folder
+from .settings import built_folder, probe_folder
 from .typed import corners_of
 
 if TYPE_CHECKING:
@@ -73,17 +72,15 @@ class EditsLight(JobOperator):
         from ..spectral_probe.editing import edit_light
 
         settings = context.scene.spectral_probe
-        return edit_light(
-            probe_folder(settings), Path(bpy.path.abspath(settings.probe_directory)), self.edit(context)
-        )
+        return edit_light(probe_folder(settings), built_folder(settings), self.edit(context))
 
     def done(self, context: bpy.types.Context, result: Any) -> None:
         """Keep the list of edits, and light the world with the new state."""
         from .bridge.world import follow_light
 
         settings = context.scene.spectral_probe
+        base = built_folder(settings)
         keep_edits(settings, result)
-        base = Path(bpy.path.abspath(settings.probe_directory))
         follow_light(context.scene, base, result.directory / "world.exr")
         self.report({"INFO"}, _said(len(result.edits)))
 

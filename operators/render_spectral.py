@@ -13,8 +13,9 @@ from .base import FINISHED, OperatorResult
 from .job import JobOperator
 from .pictures import show_render
 from .polls import has_light, uses_cycles
+from .render_folder import render_folder
 from .results import keep_render
-from .settings import folder_of, probe_folder
+from .settings import probe_folder
 from .swap_light import keep_lights
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ class RendersSpectrally(JobOperator):
 
         planner, folder = (
             planner_of(context),
-            folder_of(context.scene.spectral_probe.render_directory, "render"),
+            render_folder(context.scene),
         )
         self._changed = unfinished_changes(context.scene, planner, self.first_folder(context, folder))
         if not self._changed:
@@ -121,10 +122,10 @@ class SPECTRAL_PROBE_OT_render_spectral(RendersSpectrally, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> Job[SpectralRender]:
         """Read the settings and start."""
+        directory = render_folder(context.scene, replace=self.on_change == "RESTART")
         from .bridge.cycles import spectral_render
 
         planner = planner_of(context)
-        directory = folder_of(context.scene.spectral_probe.render_directory, "render")
         return spectral_render(
             context.scene,
             planner.probe,
@@ -148,9 +149,9 @@ class SPECTRAL_PROBE_OT_render_animation(RendersSpectrally, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> Job[tuple[SpectralRender, ...]]:
         """Read the settings and start."""
+        directory = render_folder(context.scene, replace=self.on_change == "RESTART")
         from .bridge.frames import render_frames
 
-        directory = folder_of(context.scene.spectral_probe.render_directory, "render")
         frames = frames_of(context.scene)
         return render_frames(context.scene, planner_of(context), directory, frames, **self.words(context))
 

@@ -15,6 +15,7 @@ from .capture import (
 from .compare import SPECTRAL_PROBE_PT_compare
 from .composite import SPECTRAL_PROBE_PT_composite
 from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
+from .files import SPECTRAL_PROBE_PT_files, draw_external_data
 from .guide import SPECTRAL_PROBE_PT_main
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
 from .lists import (
@@ -57,6 +58,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_plots,
         SPECTRAL_PROBE_PT_world,
         SPECTRAL_PROBE_PT_edits,
+        SPECTRAL_PROBE_PT_files,
         SPECTRAL_PROBE_PT_backplate,
         SPECTRAL_PROBE_PT_ground,
         SPECTRAL_PROBE_PT_objects,
@@ -80,11 +82,13 @@ def register() -> None:
     """Make panels and menu entries known to Blender."""
     _register_classes()
     bpy.types.TOPBAR_MT_render.append(draw_render_menu)
+    bpy.types.TOPBAR_MT_file_external_data.append(draw_external_data)
     add_menu.register()
 
 
 def unregister() -> None:
     """Take them back."""
     add_menu.unregister()
+    bpy.types.TOPBAR_MT_file_external_data.remove(draw_external_data)
     bpy.types.TOPBAR_MT_render.remove(draw_render_menu)
     _unregister_classes()
