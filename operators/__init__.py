@@ -19,11 +19,20 @@ from .compare import SPECTRAL_PROBE_OT_compare
 from .composite import SPECTRAL_PROBE_OT_composite
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .find_files import SPECTRAL_PROBE_OT_find_files, SPECTRAL_PROBE_OT_make_paths
-from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
+from .import_capture import SPECTRAL_PROBE_OT_import_capture
+from .import_photographs import SPECTRAL_PROBE_FH_photographs, SPECTRAL_PROBE_OT_import_photographs
 from .light_world import SPECTRAL_PROBE_OT_light_world
 from .match_backplate import SPECTRAL_PROBE_OT_add_ground, SPECTRAL_PROBE_OT_match_backplate
+from .move_photo import (
+    SPECTRAL_PROBE_OT_add_photos,
+    SPECTRAL_PROBE_OT_join_views,
+    SPECTRAL_PROBE_OT_move_photo,
+    SPECTRAL_PROBE_OT_remove_photo,
+    SPECTRAL_PROBE_OT_spread_views,
+)
 from .pack_probe import SPECTRAL_PROBE_OT_pack_probe, SPECTRAL_PROBE_OT_unpack_probe
 from .plan_render import SPECTRAL_PROBE_OT_plan_render
+from .preset import SPECTRAL_PROBE_OT_load_preset, SPECTRAL_PROBE_OT_save_preset
 from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
 from .render_folder import SPECTRAL_PROBE_OT_own_render_folder
 from .render_spectral import SPECTRAL_PROBE_OT_render_animation, SPECTRAL_PROBE_OT_render_spectral
@@ -42,10 +51,18 @@ from .use_cycles import SPECTRAL_PROBE_OT_use_cycles
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PROBE_OT_import_capture,
-        SPECTRAL_PROBE_FH_capture,
+        SPECTRAL_PROBE_OT_import_photographs,
+        SPECTRAL_PROBE_FH_photographs,
         SPECTRAL_PROBE_OT_save_capture,
+        SPECTRAL_PROBE_OT_load_preset,
+        SPECTRAL_PROBE_OT_save_preset,
         SPECTRAL_PROBE_OT_add_view,
         SPECTRAL_PROBE_OT_remove_view,
+        SPECTRAL_PROBE_OT_add_photos,
+        SPECTRAL_PROBE_OT_move_photo,
+        SPECTRAL_PROBE_OT_remove_photo,
+        SPECTRAL_PROBE_OT_join_views,
+        SPECTRAL_PROBE_OT_spread_views,
         SPECTRAL_PROBE_OT_add_own_light,
         SPECTRAL_PROBE_OT_remove_own_light,
         SPECTRAL_PROBE_OT_add_region_light,
