@@ -26,6 +26,13 @@ from .lists import (
 from .main import SPECTRAL_PROBE_PT_light_probe
 from .material import SPECTRAL_PROBE_PT_light, SPECTRAL_PROBE_PT_material
 from .objects import SPECTRAL_PROBE_PT_objects
+from .overlays.panorama import PanoramaOverlay
+from .panorama import (
+    SPECTRAL_PROBE_PT_other_regions,
+    SPECTRAL_PROBE_PT_panorama,
+    SPECTRAL_PROBE_PT_pick,
+    SPECTRAL_PROBE_PT_region,
+)
 from .plots import SPECTRAL_PROBE_PT_plots
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
 from .render import SPECTRAL_PROBE_PT_render, draw_render_menu
@@ -72,6 +79,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_light_swatches,
         SPECTRAL_PROBE_MT_add_metal,
         SPECTRAL_PROBE_PT_torrance_sparrow,
+        SPECTRAL_PROBE_PT_panorama,
+        SPECTRAL_PROBE_PT_pick,
+        SPECTRAL_PROBE_PT_region,
+        SPECTRAL_PROBE_PT_other_regions,
     )
 )
 
@@ -81,10 +92,12 @@ def register() -> None:
     _register_classes()
     bpy.types.TOPBAR_MT_render.append(draw_render_menu)
     add_menu.register()
+    PanoramaOverlay.add()
 
 
 def unregister() -> None:
     """Take them back."""
+    PanoramaOverlay.remove()
     add_menu.unregister()
     bpy.types.TOPBAR_MT_render.remove(draw_render_menu)
     _unregister_classes()
