@@ -16,7 +16,14 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compare_properties, packed_properties, region_properties, swap_properties, swatch_properties
+from . import (
+    compare_properties,
+    packed_properties,
+    panorama_properties,
+    region_properties,
+    swap_properties,
+    swatch_properties,
+)
 from .backplate_properties import SPECTRAL_PROBE_PG_backplate
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
@@ -401,10 +408,12 @@ def register() -> None:
         type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
     )
     swatch_properties.register()
+    panorama_properties.register()
 
 
 def unregister() -> None:
     """Detach them."""
+    panorama_properties.unregister()
     swatch_properties.unregister()
     del bpy.types.WindowManager.spectral_probe
     del bpy.types.Light.spectral_probe

@@ -27,6 +27,13 @@ from .lists import (
 from .main import SPECTRAL_PROBE_PT_light_probe
 from .material import SPECTRAL_PROBE_PT_light, SPECTRAL_PROBE_PT_material
 from .objects import SPECTRAL_PROBE_PT_objects
+from .overlays.panorama import PanoramaOverlay
+from .panorama import (
+    SPECTRAL_PROBE_PT_other_regions,
+    SPECTRAL_PROBE_PT_panorama,
+    SPECTRAL_PROBE_PT_pick,
+    SPECTRAL_PROBE_PT_region,
+)
 from .photo_menus import SPECTRAL_PROBE_MT_photos, SPECTRAL_PROBE_MT_views
 from .plots import SPECTRAL_PROBE_PT_plots
 from .preset_menus import (
@@ -85,6 +92,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_light_swatches,
         SPECTRAL_PROBE_MT_add_metal,
         SPECTRAL_PROBE_PT_torrance_sparrow,
+        SPECTRAL_PROBE_PT_panorama,
+        SPECTRAL_PROBE_PT_pick,
+        SPECTRAL_PROBE_PT_region,
+        SPECTRAL_PROBE_PT_other_regions,
     )
 )
 
@@ -97,12 +108,14 @@ def register() -> None:
     add_menu.register()
     import_menu.register()
     preset_menus.register()
+    PanoramaOverlay.add()
 
 
 def unregister() -> None:
     """Take them back."""
     preset_menus.unregister()
     import_menu.unregister()
+    PanoramaOverlay.remove()
     add_menu.unregister()
     bpy.types.TOPBAR_MT_file_external_data.remove(draw_external_data)
     bpy.types.TOPBAR_MT_render.remove(draw_render_menu)
