@@ -197,6 +197,11 @@ class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
 class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     """Everything a scene knows about its probe, in the order of the pipeline."""
 
+    version: IntProperty(
+        name="Version",
+        description="Version of these settings, by which later ones know what to make of them",
+        options={"HIDDEN"},
+    )
     capture_path: _file("Capture", "Capture file (TOML) that these settings were read from or saved to")
     camera: PointerProperty(type=SPECTRAL_PROBE_PG_camera)
     ball_radius: FloatProperty(

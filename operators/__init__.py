@@ -18,6 +18,7 @@ from .choose_spectrum import SPECTRAL_PROBE_OT_choose_spectrum
 from .compare import SPECTRAL_PROBE_OT_compare
 from .composite import SPECTRAL_PROBE_OT_composite
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
+from .find_files import SPECTRAL_PROBE_OT_find_files, SPECTRAL_PROBE_OT_make_paths
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
 from .match_backplate import SPECTRAL_PROBE_OT_add_ground, SPECTRAL_PROBE_OT_match_backplate
@@ -47,6 +48,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_remove_own_light,
         SPECTRAL_PROBE_OT_add_region_light,
         SPECTRAL_PROBE_OT_remove_region_light,
+        SPECTRAL_PROBE_OT_find_files,
+        SPECTRAL_PROBE_OT_make_paths,
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
         SPECTRAL_PROBE_OT_build_probe,
