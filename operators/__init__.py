@@ -16,6 +16,7 @@ from .calibrate import SPECTRAL_PROBE_OT_calibrate
 from .compare import SPECTRAL_PROBE_OT_compare
 from .composite import SPECTRAL_PROBE_OT_composite
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
+from .edit_outline import SPECTRAL_PROBE_OT_edit_outline
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
 from .match_backplate import SPECTRAL_PROBE_OT_add_ground, SPECTRAL_PROBE_OT_match_backplate
@@ -28,6 +29,7 @@ from .seed_from_view import SPECTRAL_PROBE_OT_seed_from_view
 from .show_basis import SPECTRAL_PROBE_OT_show_basis
 from .show_comparison import SPECTRAL_PROBE_OT_show_comparison
 from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
+from .show_photograph import SPECTRAL_PROBE_OT_show_photograph
 from .show_sensitivities import SPECTRAL_PROBE_OT_show_sensitivities
 from .show_spectrum import SPECTRAL_PROBE_OT_show_spectrum
 from .swap_light import SPECTRAL_PROBE_OT_swap_light
@@ -46,6 +48,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_remove_region_light,
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
+        SPECTRAL_PROBE_OT_show_photograph,
+        SPECTRAL_PROBE_OT_edit_outline,
         SPECTRAL_PROBE_OT_build_probe,
         SPECTRAL_PROBE_OT_show_spectrum,
         SPECTRAL_PROBE_OT_show_basis,

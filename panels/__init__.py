@@ -2,6 +2,7 @@
 
 import bpy
 
+from . import overlays
 from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
     SPECTRAL_PROBE_PT_ball,
@@ -13,6 +14,7 @@ from .capture import (
 from .compare import SPECTRAL_PROBE_PT_compare
 from .composite import SPECTRAL_PROBE_PT_composite
 from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
+from .image_ball import SPECTRAL_PROBE_PT_image_ball, SPECTRAL_PROBE_PT_image_overlay
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
 from .lists import (
     SPECTRAL_PROBE_UL_own_lights,
@@ -28,7 +30,7 @@ from .render import SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
 from .swap import SPECTRAL_PROBE_PT_swap, SPECTRAL_PROBE_UL_swappable
 from .torrance_sparrow import SPECTRAL_PROBE_PT_torrance_sparrow
 
-register, unregister = bpy.utils.register_classes_factory(
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PROBE_UL_views,
         SPECTRAL_PROBE_UL_photos,
@@ -58,5 +60,19 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_material,
         SPECTRAL_PROBE_PT_light,
         SPECTRAL_PROBE_PT_torrance_sparrow,
+        SPECTRAL_PROBE_PT_image_ball,
+        SPECTRAL_PROBE_PT_image_overlay,
     )
 )
+
+
+def register() -> None:
+    """Add the panels, and what is drawn over pictures."""
+    _register_classes()
+    overlays.register()
+
+
+def unregister() -> None:
+    """Take them away."""
+    overlays.unregister()
+    _unregister_classes()

@@ -1,0 +1,55 @@
+"""The ball's rim next to an outline that somebody drew: where automatic search fails, or to correct it by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..errors import OutlineError
+from ..model import Outline, Photograph
+from ..photo.align import register
+from .ellipse import Ellipse
+from .outline import KNOWN_RADIUS_COVERAGE, FoundBall, check_in_frame, outline_of_rim
+from .rim import fit_rim
+from .unrolled import Circle
+
+NEAR_SHARE = 0.1
+"""A rim further from the outline drawn, in radii, is not the one that was meant."""
+
+
+def find_ball_near(photographs: Sequence[Photograph], given: Outline) -> FoundBall:
+    """The rim next to an outline drawn by hand to within some 5 % of its radius, in all photographs of a view together.
+
+    Parameters
+    ----------
+    photographs
+        The bracket of one view, or one photograph.
+    given
+        The outline in the first photograph.
+
+    Returns
+    -------
+    FoundBall
+        The rim with its edge points. Where there is none near, the outline as it was given, and a warning.
+
+    Raises
+    ------
+    OutlineError
+        There is no photograph, or the outline lies outside of the first one.
+    """
+    if not photographs:
+        raise OutlineError("There is no photograph to find the ball in. List photos in the view.")
+    height, width = photographs[0].clipped.shape
+    check_in_frame(given, (width, height), given=True)
+    start = Ellipse.of(given)
+    shifts = register(photographs, [(start.x, start.y, start.radius)] * len(photographs))
+    rim = fit_rim(photographs, shifts, Circle(start.x, start.y, start.radius))
+    found = rim.ellipse
+    away = np.hypot(found.x - start.x, found.y - start.y) + abs(found.radius - start.radius)
+    if rim.coverage < KNOWN_RADIUS_COVERAGE or away > NEAR_SHARE * start.radius:
+        told = f"No rim lies near the outline drawn in {photographs[0].path.name}: it is used as it is."
+        return FoundBall((given,) * len(photographs), tuple(shifts), warnings=(told,))
+    outlines = tuple(outline_of_rim(rim, shift) for shift in shifts)
+    check_in_frame(outlines[0], (width, height))
+    return FoundBall(outlines, tuple(shifts))
