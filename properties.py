@@ -16,7 +16,13 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compare_properties, outline_properties, region_properties, swap_properties
+from . import (
+    compare_properties,
+    outline_properties,
+    region_properties,
+    swap_properties,
+    swatch_properties,
+)
 from .backplate_properties import SPECTRAL_PROBE_PG_backplate
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
@@ -222,6 +228,11 @@ class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
 class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     """Everything a scene knows about its probe, in the order of the pipeline."""
 
+    version: IntProperty(
+        name="Version",
+        description="Version of these settings, by which later ones know what to make of them",
+        options={"HIDDEN"},
+    )
     capture_path: _file("Capture", "Capture file (TOML) that these settings were read from or saved to")
     camera: PointerProperty(type=SPECTRAL_PROBE_PG_camera)
     ball_radius: FloatProperty(
@@ -381,6 +392,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     compare: PointerProperty(type=compare_properties.SPECTRAL_PROBE_PG_compare)
     comparison: PointerProperty(type=SPECTRAL_PROBE_PG_comparison)
     backplate: PointerProperty(type=SPECTRAL_PROBE_PG_backplate)
+    swatches: PointerProperty(type=swatch_properties.SPECTRAL_PROBE_PG_swatch_light)
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
@@ -400,6 +412,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         *swap_properties.CLASSES,
         SPECTRAL_PROBE_PG_backplate,
         *compare_properties.CLASSES,
+        *swatch_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_light,
@@ -419,10 +432,12 @@ def register() -> None:
     bpy.types.WindowManager.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
     )
+    swatch_properties.register()
 
 
 def unregister() -> None:
     """Detach them."""
+    swatch_properties.unregister()
     del bpy.types.WindowManager.spectral_probe
     del bpy.types.Light.spectral_probe
     del bpy.types.Material.spectral_probe

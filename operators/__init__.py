@@ -11,12 +11,15 @@ from .add_region_light import SPECTRAL_PROBE_OT_add_region_light, SPECTRAL_PROBE
 from .add_swappable import SPECTRAL_PROBE_OT_add_swappable, SPECTRAL_PROBE_OT_remove_swappable
 from .add_torrance_sparrow import SPECTRAL_PROBE_OT_add_torrance_sparrow
 from .add_view import SPECTRAL_PROBE_OT_add_view, SPECTRAL_PROBE_OT_remove_view
+from .bridge.swatches import SwatchShelf
 from .build_probe import SPECTRAL_PROBE_OT_build_probe
 from .calibrate import SPECTRAL_PROBE_OT_calibrate
+from .choose_spectrum import SPECTRAL_PROBE_OT_choose_spectrum
 from .compare import SPECTRAL_PROBE_OT_compare
 from .composite import SPECTRAL_PROBE_OT_composite
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .edit_outline import SPECTRAL_PROBE_OT_edit_outline
+from .find_files import SPECTRAL_PROBE_OT_find_files, SPECTRAL_PROBE_OT_make_paths
 from .import_capture import SPECTRAL_PROBE_FH_capture, SPECTRAL_PROBE_OT_import_capture
 from .light_world import SPECTRAL_PROBE_OT_light_world
 from .match_backplate import SPECTRAL_PROBE_OT_add_ground, SPECTRAL_PROBE_OT_match_backplate
@@ -32,6 +35,7 @@ from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
 from .show_photograph import SPECTRAL_PROBE_OT_show_photograph
 from .show_sensitivities import SPECTRAL_PROBE_OT_show_sensitivities
 from .show_spectrum import SPECTRAL_PROBE_OT_show_spectrum
+from .show_swatches import SPECTRAL_PROBE_OT_show_swatches
 from .swap_light import SPECTRAL_PROBE_OT_swap_light
 from .use_cycles import SPECTRAL_PROBE_OT_use_cycles
 
@@ -46,6 +50,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_remove_own_light,
         SPECTRAL_PROBE_OT_add_region_light,
         SPECTRAL_PROBE_OT_remove_region_light,
+        SPECTRAL_PROBE_OT_find_files,
+        SPECTRAL_PROBE_OT_make_paths,
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
         SPECTRAL_PROBE_OT_show_photograph,
@@ -65,6 +71,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_add_ground,
         SPECTRAL_PROBE_OT_add_object,
         SPECTRAL_PROBE_OT_add_torrance_sparrow,
+        SPECTRAL_PROBE_OT_show_swatches,
+        SPECTRAL_PROBE_OT_choose_spectrum,
         SPECTRAL_PROBE_OT_add_swappable,
         SPECTRAL_PROBE_OT_remove_swappable,
         SPECTRAL_PROBE_OT_plan_render,
@@ -87,5 +95,6 @@ def register() -> None:
 
 def unregister() -> None:
     """Take them back."""
+    SwatchShelf.clear()
     command_line.unregister()
     _unregister_classes()

@@ -30,9 +30,9 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be a 3D viewport."""
-        if context.region_data is not None:
+        if _viewport(context) is not None:
             return True
-        cls.poll_message_set("Use this in the sidebar of a 3D viewport")
+        cls.poll_message_set("Open a 3D viewport in this window, and look at the window or lamp in it")
         return False
 
     def run(self, context: bpy.types.Context) -> OperatorResult:
@@ -40,7 +40,7 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
         from .bridge.world import placement
 
         turn, _ = placement(context.scene.world)
-        azimuth, elevation = bearing_of_view(context.region_data.view_rotation, turn)
+        azimuth, elevation = bearing_of_view(_viewport(context).view_rotation, turn)
         settings = context.scene.spectral_probe
         known = settings.known_light
         if self.target == "EDIT":
@@ -57,6 +57,16 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
             self.report({"ERROR"}, "There is no region yet. Add one in Lamps by Region first.")
             return CANCELLED
         return FINISHED
+
+
+def _viewport(context: bpy.types.Context) -> bpy.types.RegionView3D | None:
+    """The viewport that the button is beside, else the largest of its window; None where there is none."""
+    if context.region_data is not None:
+        return context.region_data
+    areas = context.screen.areas if context.screen is not None else ()
+    viewports = [area for area in areas if area.type == "VIEW_3D"]
+    largest = max(viewports, key=lambda area: area.width * area.height, default=None)
+    return largest.spaces.active.region_3d if largest is not None else None
 
 
 def bearing_of_view(view: Quaternion, turn: tuple[float, float, float]) -> tuple[float, float]:

@@ -1,8 +1,9 @@
-"""Panels in the order of the pipeline. They draw, they never compute."""
+"""Panels in the order of the pipeline, and entries of Blender's menus. They draw, they never compute."""
 
 import bpy
 
-from . import overlays
+from . import add_menu, overlays
+from .add_menu import SPECTRAL_PROBE_MT_add_metal
 from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
     SPECTRAL_PROBE_PT_ball,
@@ -14,6 +15,7 @@ from .capture import (
 from .compare import SPECTRAL_PROBE_PT_compare
 from .composite import SPECTRAL_PROBE_PT_composite
 from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
+from .guide import SPECTRAL_PROBE_PT_main
 from .image_ball import SPECTRAL_PROBE_PT_image_ball, SPECTRAL_PROBE_PT_image_overlay
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
 from .lists import (
@@ -22,12 +24,18 @@ from .lists import (
     SPECTRAL_PROBE_UL_region_lights,
     SPECTRAL_PROBE_UL_views,
 )
-from .main import SPECTRAL_PROBE_PT_main
+from .main import SPECTRAL_PROBE_PT_light_probe
 from .material import SPECTRAL_PROBE_PT_light, SPECTRAL_PROBE_PT_material
+from .objects import SPECTRAL_PROBE_PT_objects
 from .plots import SPECTRAL_PROBE_PT_plots
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
-from .render import SPECTRAL_PROBE_PT_objects, SPECTRAL_PROBE_PT_render
+from .render import SPECTRAL_PROBE_PT_render, draw_render_menu
 from .swap import SPECTRAL_PROBE_PT_swap, SPECTRAL_PROBE_UL_swappable
+from .swatches import (
+    SPECTRAL_PROBE_PT_light_swatches,
+    SPECTRAL_PROBE_PT_material_swatches,
+    SPECTRAL_PROBE_UL_swatches,
+)
 from .torrance_sparrow import SPECTRAL_PROBE_PT_torrance_sparrow
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
@@ -38,6 +46,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_UL_own_lights,
         SPECTRAL_PROBE_UL_region_lights,
         SPECTRAL_PROBE_PT_main,
+        SPECTRAL_PROBE_PT_light_probe,
         SPECTRAL_PROBE_PT_capture,
         SPECTRAL_PROBE_PT_photographs,
         SPECTRAL_PROBE_PT_camera,
@@ -47,8 +56,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_ball,
         SPECTRAL_PROBE_PT_probe,
         SPECTRAL_PROBE_PT_plots,
-        SPECTRAL_PROBE_PT_edits,
         SPECTRAL_PROBE_PT_world,
+        SPECTRAL_PROBE_PT_edits,
         SPECTRAL_PROBE_PT_backplate,
         SPECTRAL_PROBE_PT_ground,
         SPECTRAL_PROBE_PT_objects,
@@ -59,6 +68,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_compare,
         SPECTRAL_PROBE_PT_material,
         SPECTRAL_PROBE_PT_light,
+        SPECTRAL_PROBE_UL_swatches,
+        SPECTRAL_PROBE_PT_material_swatches,
+        SPECTRAL_PROBE_PT_light_swatches,
+        SPECTRAL_PROBE_MT_add_metal,
         SPECTRAL_PROBE_PT_torrance_sparrow,
         SPECTRAL_PROBE_PT_image_ball,
         SPECTRAL_PROBE_PT_image_overlay,
@@ -67,12 +80,16 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
 
 
 def register() -> None:
-    """Add the panels, and what is drawn over pictures."""
+    """Make panels, menu entries and what is drawn over pictures known to Blender."""
     _register_classes()
+    bpy.types.TOPBAR_MT_render.append(draw_render_menu)
+    add_menu.register()
     overlays.register()
 
 
 def unregister() -> None:
-    """Take them away."""
+    """Take them back."""
     overlays.unregister()
+    add_menu.unregister()
+    bpy.types.TOPBAR_MT_render.remove(draw_render_menu)
     _unregister_classes()

@@ -7,10 +7,10 @@ from typing import ClassVar
 import bpy
 
 from .known_light import draw_own_lights
-from .main import InSidebar, job_button, results, row, settings_layout
+from .main import InWorld, job_button, results, row, settings_layout
 
 
-class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_capture(InWorld, bpy.types.Panel):
     """The capture file, the views and their photographs."""
 
     bl_label = "Capture"
@@ -43,7 +43,7 @@ class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
             angles.prop(view, "refine")
 
 
-class SPECTRAL_PROBE_PT_photographs(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_photographs(InWorld, bpy.types.Panel):
     """The bracket of the active view."""
 
     bl_label = "Photographs"
@@ -74,7 +74,7 @@ class SPECTRAL_PROBE_PT_photographs(InSidebar, bpy.types.Panel):
             column.prop(photo, "f_number")
 
 
-class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_camera(InWorld, bpy.types.Panel):
     """How the camera sees colours, and its lens."""
 
     bl_label = "Camera"
@@ -114,7 +114,7 @@ class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
             grid.prop(camera, "distortion", index=index, text=name)
 
 
-class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_lamps(InWorld, bpy.types.Panel):
     """Which lamp families may be present."""
 
     bl_label = "Lamps"
@@ -131,7 +131,7 @@ class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
         draw_own_lights(self.layout, settings.known_light)
 
 
-class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_ball(InWorld, bpy.types.Panel):
     """The mirrored ball and its outline in the photographs."""
 
     bl_label = "Ball"

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, job_button, name_or_file, paragraph, results, row, settings_layout
+from .main import InWorld, job_button, name_or_file, paragraph, results, row, settings_layout
 
 _ICONS = {"glass": "MOD_LATTICE", "lamp": "LIGHT"}
 
@@ -31,7 +31,7 @@ class SPECTRAL_PROBE_UL_edits(bpy.types.UIList):
         details.label(text=f"{edit.solid_angle_sr:.3g} sr")
 
 
-class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_edits(InWorld, bpy.types.Panel):
     """The list of glasses and lamps, the region, and what to put there."""
 
     bl_label = "Glass and Lamps"

@@ -8,16 +8,13 @@ from typing import Any
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
-from .main import job_button, results, row, settings_layout
+from .main import InImageEditor, job_button, results, row, settings_layout
 
 
-class SPECTRAL_PROBE_PT_image_ball(bpy.types.Panel):
+class SPECTRAL_PROBE_PT_image_ball(InImageEditor, bpy.types.Panel):
     """The photograph of the active view and the ball's outline in it."""
 
     bl_label = "Ball"
-    bl_space_type = "IMAGE_EDITOR"
-    bl_region_type = "UI"
-    bl_category = "Spectral Probe"
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the views, the outline's settings and what was found."""
@@ -48,13 +45,10 @@ class SPECTRAL_PROBE_PT_image_ball(bpy.types.Panel):
             _draw_found(results(layout), view)
 
 
-class SPECTRAL_PROBE_PT_image_overlay(bpy.types.Panel):
+class SPECTRAL_PROBE_PT_image_overlay(InImageEditor, bpy.types.Panel):
     """What is drawn over the photograph."""
 
     bl_label = "Overlay"
-    bl_space_type = "IMAGE_EDITOR"
-    bl_region_type = "UI"
-    bl_category = "Spectral Probe"
     bl_parent_id = "SPECTRAL_PROBE_PT_image_ball"
 
     def draw_header(self, context: bpy.types.Context) -> None:

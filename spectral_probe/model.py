@@ -291,6 +291,9 @@ class BallFit:
 # ---------------------------------------------------------------- the probe
 
 
+type Texels = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
+"""Rows (N,) and columns (N,) of some texels of a panorama: of a few out of millions, quicker than a mask."""
+
 type Keeps = Literal["luminance", "power", "surfaces"]
 """What of the light stays under another lamp."""
 

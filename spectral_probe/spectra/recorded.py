@@ -9,14 +9,15 @@ import numpy as np
 
 from ..errors import FileFormatError
 from ..geometry.frames import panorama_solid_angles
-from ..model import BoolArray, FloatArray, SpectralPanorama
+from ..model import BoolArray, FloatArray, SpectralPanorama, Texels
 from .confidence import error_of_confidence
-from .edits import edited_mask, recovered_index
+from .edits import is_edited, recovered_basis
 from .emitters import direct_probability
 from .estimates import ClassEstimate
 from .grid import STEP_NM, WAVELENGTHS_NM, resample
 from .posterior import Posterior, posterior
 from .recovery import SpectralRecovery
+from .regions import texels_of
 
 ENTRY = "recovery"
 """Name of the entry in `SpectralPanorama.further`."""
@@ -76,8 +77,8 @@ def _rounded(values: FloatArray) -> Any:
     return np.vectorize(lambda value: float(f"{value:.{_DIGITS}g}"))(values).tolist()
 
 
-def light_posterior(panorama: SpectralPanorama, chosen: BoolArray) -> Posterior | None:
-    """What is known of the mean spectrum of some texels (H, W) of a panorama, before any edit, all seen.
+def light_posterior(panorama: SpectralPanorama, chosen: BoolArray | Texels) -> Posterior | None:
+    """What is known of the mean spectrum of some texels of a panorama, before any edit, all seen.
 
     None where the probe does not tell how it was recovered, or where the texels' light was replaced by another lamp's. Where
     the texels were recovered in different ways the answer is that of most of them.
@@ -88,15 +89,17 @@ def light_posterior(panorama: SpectralPanorama, chosen: BoolArray) -> Posterior 
         If the probe's header is damaged.
     """
     entry = panorama.further.get(ENTRY)
+    texels = texels_of(chosen)
+    used = panorama.basis_index[texels]
     replaced = [
-        edited_mask(panorama, number)
+        is_edited(panorama, number)[used]
         for number, edit in enumerate(panorama.edits)
         if edit.kind == "lamp" and edit.keeps != "surfaces"
     ]
-    if entry is None or any((mask & chosen).any() for mask in replaced):
+    if entry is None or any(mask.any() for mask in replaced):
         return None
     try:
-        return _light_posterior(panorama, chosen, entry)
+        return _light_posterior(panorama, texels, entry)
     except (KeyError, TypeError, ValueError, IndexError, np.linalg.LinAlgError):
         raise FileFormatError(
             "The probe's header is damaged. Build the probe again from its capture."
@@ -104,11 +107,11 @@ def light_posterior(panorama: SpectralPanorama, chosen: BoolArray) -> Posterior 
 
 
 def _light_posterior(
-    panorama: SpectralPanorama, chosen: BoolArray, entry: Mapping[str, Any]
+    panorama: SpectralPanorama, chosen: Texels, entry: Mapping[str, Any]
 ) -> Posterior | None:
-    index = recovered_index(panorama)[chosen]
+    index = recovered_basis(panorama, panorama.basis_index[chosen])
     weights = panorama.weights[chosen]
-    solid_angles = np.broadcast_to(panorama_solid_angles(*chosen.shape), chosen.shape)[chosen]
+    solid_angles = panorama_solid_angles(*panorama.valid.shape)[chosen[0], 0]
     ways = [(index >= light["bases"][0]) & (index < sum(light["bases"])) for light in entry["lights"]]
     most = int(np.argmax([solid_angles[way].sum() for way in ways]))
     way, light = ways[most], entry["lights"][most]
