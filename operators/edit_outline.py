@@ -13,7 +13,7 @@ from ..spectral_probe.errors import SpectralProbeError
 from .base import CANCELLED, FINISHED, OperatorResult
 from .bridge.image_space import ImageSpace
 from .bridge.photograph_image import shift_of, view_shown
-from .outline_handles import HandOutline
+from .outline_handles import HANDLES, HandOutline
 from .rim_follower import RimFollower
 from .settings import capture_from
 from .view_outline import keep_outline
@@ -21,6 +21,9 @@ from .view_outline import keep_outline
 RUNNING: OperatorResult = {"RUNNING_MODAL"}
 _TICK_S = 0.04
 _PRECISE = 0.1
+REACH = 11.0
+"""How far from a handle a click counts, in pixels at a resolution scale of 1."""
+
 _KEPT = (
     "outline_source", "outline_px", "outline_minor_px", "outline_angle", "has_outline", "found_centre_px",
     "found_semi_axes_px", "found_angle", "found_rms_px",
@@ -92,7 +95,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         if event.type == "TIMER":
             return self._tick(context, view)
         if not self._dragging:
-            return {"PASS_THROUGH"}
+            return self._between(context, event, view)
         if event.type == "MOUSEMOVE":
             self._drag(context, event, view)
         elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
@@ -101,6 +104,20 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         elif event.type in {"WHEELUPMOUSE", "WHEELDOWNMOUSE", "MIDDLEMOUSE", "TRACKPADPAN", "TRACKPADZOOM"}:
             return {"PASS_THROUGH"}
         return RUNNING
+
+    def _between(
+        self, context: bpy.types.Context, event: bpy.types.Event, view: bpy.types.PropertyGroup
+    ) -> OperatorResult:
+        """While the rim is found after a drag: another one may begin."""
+        if event.type == "LEFTMOUSE" and event.value == "PRESS":
+            mouse = (event.mouse_x - context.region.x + 0.5, event.mouse_y - context.region.y + 0.5)
+            handle = handle_at(context, view, mouse)
+            if handle is not None:
+                self.handle, self._dragging = handle, True
+                self._outline = outline_of(view)
+                self._grab(context, event)
+                return RUNNING
+        return {"PASS_THROUGH"}
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Called by Blender when it ends the operator itself, such as when another file is opened."""
@@ -183,6 +200,19 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
 def space_of(region: bpy.types.Region, view: bpy.types.PropertyGroup) -> ImageSpace:
     """Where the first photograph's pixels, which outlines count, lie in a region that shows a photograph of a view."""
     return ImageSpace.of(region, view.shown.size_px).moved(shift_of(view))
+
+
+def handle_at(
+    context: bpy.types.Context, view: bpy.types.PropertyGroup, mouse: tuple[float, float]
+) -> str | None:
+    """The handle that the mouse (region pixels) is on."""
+    space, outline = space_of(context.region, view), outline_of(view)
+    reach = REACH * context.preferences.system.ui_scale
+    for name in HANDLES:
+        x, y = space.to_region(*outline.handle(name))
+        if math.hypot(mouse[0] - x, mouse[1] - y) <= reach:
+            return name
+    return None
 
 
 def outline_of(view: bpy.types.PropertyGroup) -> HandOutline:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ..spectral_probe.model import Capture, ViewSettings
@@ -11,6 +11,18 @@ from .view_outline import ViewOutline, described, outline_in
 
 if TYPE_CHECKING:
     from ..spectral_probe.model import Outline, Photograph
+
+
+_SMALL_PX = 8_000_000
+
+
+@dataclass(frozen=True)
+class _Question:
+    """A view with the outline asked for; of all its photographs, or of the one shown."""
+
+    view: ViewSettings
+    everything: bool = False
+    final: bool = False
 
 
 class RimFollower:
@@ -27,13 +39,13 @@ class RimFollower:
         self._first = min(photo, len(view.photos) - 1)
         self._read: dict[int, Photograph] = {}  # only the worker touches it
         self._worker = ThreadPoolExecutor(max_workers=1)
-        self._running: Future[ViewOutline] | None = None
-        self._running_final = False
-        self._waiting: tuple[ViewSettings, bool] | None = None
+        self._running: tuple[_Question, Future[ViewOutline]] | None = None
+        self._waiting: _Question | None = None
 
     def ask(self, outline: tuple[float, ...], *, snap: bool, final: bool = False) -> None:
         """Ask for the rim near an outline in the first photograph's pixels, or with `snap` off for what it says by itself."""
-        self._waiting = (replace(self._view, outline=outline, snap_outline=snap, filter=None), final)
+        view = replace(self._view, outline=outline, snap_outline=snap, filter=None)
+        self._waiting = _Question(view, everything=final, final=final)
 
     def answer(self) -> tuple[ViewOutline, bool] | None:
         """The next answer, and whether it is final; None where none is ready. Call it again and again: it starts questions.
@@ -44,28 +56,29 @@ class RimFollower:
             What the search says is wrong.
         """
         ready = None
-        if self._running is not None and self._running.done():
-            running, self._running = self._running, None
-            if not (self._running_final and self._waiting is not None):  # else asked anew since
-                ready = running, self._running_final
+        if self._running is not None and self._running[1].done():
+            (question, search), self._running = self._running, None
+            if not question.final or self._waiting is None:  # else asked anew since
+                ready = question, search
+            if self._waiting is None and not question.everything and self._small():
+                self._waiting = replace(question, everything=True)  # whoever drags has stopped for a while
         if self._running is None and self._waiting is not None:
-            (view, final), self._waiting = self._waiting, None
-            self._running_final = final
-            self._running = self._worker.submit(self._search, view, final)
-        return None if ready is None else (ready[0].result(), ready[1])
-
-    @property
-    def busy(self) -> bool:
-        """Whether an answer is to come."""
-        return self._running is not None or self._waiting is not None
+            question, self._waiting = self._waiting, None
+            self._running = question, self._worker.submit(self._search, question)
+        return None if ready is None else (ready[1].result(), ready[0].final)
 
     def close(self) -> None:
         """Drop questions and photographs. A search that runs ends by itself, and its answer is lost."""
         self._waiting = None
         self._worker.shutdown(wait=False, cancel_futures=True)
 
-    def _search(self, view: ViewSettings, final: bool) -> ViewOutline:
-        if final:
+    def _small(self) -> bool:
+        """Whether all photographs are soon read and searched."""
+        return sum(one.clipped.size for one in self._read.values()) * len(self._view.photos) < _SMALL_PX
+
+    def _search(self, question: _Question) -> ViewOutline:
+        view = question.view
+        if question.everything:
             everything = [self._photograph(number) for number in range(len(view.photos))]
             return outline_in(everything, view, self._capture)
         from ..spectral_probe.view import locate_ball

@@ -38,6 +38,8 @@ class SPECTRAL_PROBE_PT_image_ball(InImageEditor, bpy.types.Panel):
             column.prop(view, "outline_minor_px")
             if view.outline_minor_px > 0:
                 column.prop(view, "outline_angle")
+        if view.has_outline and view.outline_source != "AUTOMATIC" and changed_since(view):
+            layout.label(text="Changed since: press Detect Ball", icon="INFO")
         detect = layout.row(align=True)
         job_button(detect, context, "spectral_probe.detect_ball", "VIEWZOOM")
         detect.prop(settings, "all_views", toggle=True)
@@ -78,6 +80,15 @@ def _draw_photograph(layout: bpy.types.UILayout, context: bpy.types.Context, vie
     if shown.picture is not None:
         buttons.operator("spectral_probe.show_photograph", text="", icon="TRIA_RIGHT").step = 1
     settings_layout(layout).prop(context.scene.spectral_probe.overlay, "exposure_ev")
+
+
+def changed_since(view: Any) -> bool:
+    """Whether the outline's numbers were edited after the ball was found."""
+    radius = view.outline_px[2]
+    if view.outline_source == "GIVEN" and view.outline_minor_px > 0:
+        radius = (radius + view.outline_minor_px) / 2
+    now = (view.outline_px[0], view.outline_px[1], radius)
+    return any(abs(one - other) > 0.05 for one, other in zip(now, view.shown.fitted_px, strict=True))
 
 
 def _draw_found(column: bpy.types.UILayout, view: Any) -> None:

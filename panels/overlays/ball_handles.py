@@ -7,12 +7,11 @@ from typing import Any, ClassVar
 import bpy
 
 from ...operators.bridge.photograph_image import view_shown
-from ...operators.edit_outline import outline_of, space_of
+from ...operators.edit_outline import handle_at, outline_of, space_of
 from ...operators.outline_handles import HANDLES
 
 _RADIUS = 5.0
-_REACH = 11.0
-"""Radius of a handle and how far from it a click counts, in pixels at a resolution scale of 1."""
+"""Of a handle, in pixels at a resolution scale of 1."""
 
 _RGBA, _HIGHLIGHT_RGBA, _BORDER_RGBA = (1.0, 1.0, 1.0, 0.9), (1.0, 0.85, 0.2, 1.0), (0.0, 0.0, 0.0, 0.7)
 
@@ -48,12 +47,11 @@ class SPECTRAL_PROBE_GT_handle(bpy.types.Gizmo):
 
     def test_select(self, context: bpy.types.Context, location: Any) -> int:
         """0 where the mouse (region pixels) is on the dot, else -1."""
-        place = place_of(context, self.name)
-        if place is None:
+        number = view_shown(context.scene, context.space_data.image)
+        if number is None:
             return -1
-        reach = _REACH * context.preferences.system.ui_scale
-        away_x, away_y = location[0] - place[0], location[1] - place[1]
-        return 0 if away_x * away_x + away_y * away_y <= reach * reach else -1
+        view = context.scene.spectral_probe.views[number]
+        return 0 if handle_at(context, view, (location[0], location[1])) == self.name else -1
 
 
 class SPECTRAL_PROBE_GGT_outline(bpy.types.GizmoGroup):

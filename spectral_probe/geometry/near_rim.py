@@ -42,12 +42,10 @@ def find_ball_near(photographs: Sequence[Photograph], given: Outline) -> FoundBa
     Raises
     ------
     OutlineError
-        There is no photograph, or the outline lies outside of the first one.
+        There is no photograph, or the frame of the first one cuts the ball.
     """
     if not photographs:
         raise OutlineError("There is no photograph to find the ball in. List photos in the view.")
-    height, width = photographs[0].clipped.shape
-    check_in_frame(given, (width, height), given=True)
     start = Ellipse.of(given)
     shifts = register(photographs, [(start.x, start.y, start.radius)] * len(photographs))
     circle = Circle(start.x, start.y, start.radius)
@@ -56,9 +54,11 @@ def find_ball_near(photographs: Sequence[Photograph], given: Outline) -> FoundBa
     rim = fit_rim(photographs, shifts, circle)
     found = rim.ellipse
     away = np.hypot(found.x - start.x, found.y - start.y) + abs(found.radius - start.radius)
+    height, width = photographs[0].clipped.shape
+    outlines = tuple(outline_of_rim(rim, shift) for shift in shifts)
     if rim.coverage < ENOUGH_COVERAGE or away > NEAR_SHARE * start.radius:
+        check_in_frame(given, (width, height), given=True)
         told = f"No rim lies near the outline drawn in {photographs[0].path.name}: it is used as it is."
         return FoundBall((given,) * len(photographs), tuple(shifts), warnings=(told,))
-    outlines = tuple(outline_of_rim(rim, shift) for shift in shifts)
     check_in_frame(outlines[0], (width, height))
     return FoundBall(outlines, tuple(shifts))
