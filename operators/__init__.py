@@ -20,6 +20,7 @@ from .compare import SPECTRAL_PROBE_OT_compare
 from .composite import SPECTRAL_PROBE_OT_composite
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .draw_region import SPECTRAL_PROBE_OT_draw_region
+from .edit_outline import SPECTRAL_PROBE_OT_edit_outline
 from .edit_region import SPECTRAL_PROBE_OT_edit_region
 from .find_files import SPECTRAL_PROBE_OT_find_files, SPECTRAL_PROBE_OT_make_paths
 from .import_capture import SPECTRAL_PROBE_OT_import_capture
@@ -47,6 +48,7 @@ from .show_basis import SPECTRAL_PROBE_OT_show_basis
 from .show_comparison import SPECTRAL_PROBE_OT_show_comparison
 from .show_confidence import SPECTRAL_PROBE_OT_show_confidence
 from .show_panorama import SPECTRAL_PROBE_OT_show_panorama
+from .show_photograph import SPECTRAL_PROBE_OT_show_photograph
 from .show_sensitivities import SPECTRAL_PROBE_OT_show_sensitivities
 from .show_spectrum import SPECTRAL_PROBE_OT_show_spectrum
 from .show_swatches import SPECTRAL_PROBE_OT_show_swatches
@@ -79,6 +81,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_unpack_probe,
         SPECTRAL_PROBE_OT_calibrate,
         SPECTRAL_PROBE_OT_detect_ball,
+        SPECTRAL_PROBE_OT_show_photograph,
+        SPECTRAL_PROBE_OT_edit_outline,
         SPECTRAL_PROBE_OT_build_probe,
         SPECTRAL_PROBE_OT_show_spectrum,
         SPECTRAL_PROBE_OT_show_basis,

@@ -107,7 +107,9 @@ class ViewSettings:
     `azimuth_deg` is the compass bearing of the viewing direction (0 = world +Y, clockwise from above),
     `elevation_deg` > 0 means the camera is above the ball, `roll_deg` turns the camera clockwise about its axis.
     `refine` lets registration correct these angles. `outline` is (centre x, centre y, radius) in pixels of the first
-    photograph, or None to detect it; `ball_at` is a point on the ball, where more than one is in the picture.
+    photograph, or an ellipse (centre x, centre y, semi-axis, semi-axis, angle_deg of the first), or None to detect it;
+    `snap_outline` says that the rim next to it is meant, and not it itself. `ball_at` is a point on the ball, where more
+    than one is in the picture.
     `solve_exposures` takes what the pixels say of the exposures where the stated ones contradict them. `filter` is the
     transmittance (CSV), or the name of a glass, of a filter these photographs were taken through: they belong to the view
     without a filter that has the same three angles.
@@ -121,10 +123,11 @@ class ViewSettings:
     exposures_s: tuple[float, ...] | None = None
     iso: tuple[float, ...] | None = None
     f_number: tuple[float, ...] | None = None
-    outline: tuple[float, float, float] | None = None
+    outline: tuple[float, ...] | None = None
     ball_at: tuple[float, float] | None = None
     solve_exposures: bool = True
     filter: str | Path | None = None
+    snap_outline: bool = False
 
 
 COMPOSITIONS = ("blend", "cut")

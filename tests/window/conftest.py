@@ -180,10 +180,13 @@ def linked_copy(source: Path, target: Path) -> None:
 
 def lay_checkout_over(project_root: Path, extension: Path) -> None:
     """Replace the code and data of an installed extension by the checkout's; manifest and wheels stay."""
-    manifest = (extension / "blender_manifest.toml").read_bytes()
-    shutil.rmtree(extension)
-    extension.mkdir()
-    (extension / "blender_manifest.toml").write_bytes(manifest)
+    for path in extension.iterdir():  # without its wheels Blender would take away what it unpacked of them
+        if path.name in ("blender_manifest.toml", "wheels"):
+            continue
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
     for file in project_root.glob("*.py"):
         shutil.copy2(file, extension / file.name)
     for name in PRODUCT_FOLDERS:
