@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import command_line
+from . import command_line, running_job
 from .add_glass import SPECTRAL_PROBE_OT_add_glass
 from .add_mask import SPECTRAL_PROBE_OT_add_mask
 from .add_object import SPECTRAL_PROBE_OT_add_object
@@ -78,10 +78,12 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
 def register() -> None:
     """Make the operators and the command known to Blender."""
     _register_classes()
+    running_job.register()
     command_line.register()
 
 
 def unregister() -> None:
     """Take them back."""
     command_line.unregister()
+    running_job.unregister()
     _unregister_classes()
