@@ -166,7 +166,7 @@ class SPECTRAL_PROBE_PT_ball(InWorld, bpy.types.Panel):
             return
         view = settings.views[settings.active_view]
         column.row().prop(view, "outline_source", expand=True)
-        if view.outline_source == "GIVEN":
+        if view.outline_source != "AUTOMATIC":
             column.prop(view, "outline_px")
         else:
             chosen = column.row(heading="Choose Ball")
@@ -177,6 +177,7 @@ class SPECTRAL_PROBE_PT_ball(InWorld, bpy.types.Panel):
         detect = layout.row(align=True)
         job_button(detect, context, "spectral_probe.detect_ball", "VIEWZOOM")
         detect.prop(settings, "all_views", toggle=True)
+        job_button(layout, context, "spectral_probe.show_photograph", "IMAGE_DATA")
         if view.has_outline:
             _draw_outline(results(layout), view)
 

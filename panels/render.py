@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..operators.render_folder import sharing_scenes
 from .main import duration, job_button, paragraph, results, row, settings_layout
 from .output import draw_output
 from .preset_menus import SPECTRAL_PROBE_PT_render_presets
@@ -35,6 +36,8 @@ class SPECTRAL_PROBE_PT_render(bpy.types.Panel):
             column.prop(settings, "full_samples")
         column.prop(settings, "rgb_twin")
         column.prop(settings, "render_directory")
+        if sharing_scenes(context.scene):
+            layout.operator("spectral_probe.own_render_folder", icon="DUPLICATE")
         draw_output(column, settings.output)
         if context.scene.render.engine != "CYCLES":
             paragraph(

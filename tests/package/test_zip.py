@@ -11,6 +11,7 @@ import pytest
 PRODUCT = re.compile(
     r"""
     blender_manifest\.toml | __init__\.py | ([a-z]+_)?properties\.py | preferences\.py | library_pickers\.py
+    | versions\.py | file_handlers\.py
     | README\.md | CHANGELOG\.md | LICENSE
     | (operators|panels)/[\w/]+\.py
     | spectral_probe/[\w/]+\.py

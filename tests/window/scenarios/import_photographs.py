@@ -71,7 +71,8 @@ def steps(ui):
     x, y = ui.window.width // 2, ui.window.height // 2
     for kind, call in (("panel", "SPECTRAL_PROBE_PT_capture_presets"), ("menu", "SPECTRAL_PROBE_MT_photos")):
         yield from ui.move(x, y)
-        ui.operator(f"wm.call_{kind}", name=call)
+        with ui.context("VIEW_3D"):
+            getattr(bpy.ops.wm, f"call_{kind}")(name=call)
         yield 0.5
         ui.shot(kind)
         yield from ui.key("ESC")
