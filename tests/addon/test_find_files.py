@@ -150,7 +150,7 @@ def test_the_panel_warns_of_settings_of_a_later_version(drawn):
 
 
 def test_buttons_say_which_photographs_are_missing(moved):
-    with pytest.raises(RuntimeError, match="Photographs are missing: 2. Find them"):
+    with pytest.raises(RuntimeError, match=r"Photographs are missing: 2\. Find them"):
         ops.build_probe()
     ops.find_files(directory=str(moved / "archive"))
     assert ops.build_probe.poll()
