@@ -21,6 +21,11 @@ def show(path: Path, name: str) -> bpy.types.Image:
     return image
 
 
+def show_image(image: bpy.types.Image) -> None:
+    """Show an image as `show` does."""
+    _show_soon(image)
+
+
 def show_render(path: Path) -> bpy.types.Image:
     """Load image.exr of a spectral render as the image "Spectral Render", in place of an earlier one, and show it.
 
@@ -33,6 +38,11 @@ def show_render(path: Path) -> bpy.types.Image:
     image.use_view_as_render = True
     _show_soon(image)
     return image
+
+
+def show_image(image: bpy.types.Image) -> None:
+    """Show an image in an open image editor if there is one, else in a new window; nothing in background."""
+    _show_soon(image)
 
 
 def _show_soon(image: bpy.types.Image) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -69,20 +70,32 @@ class EditsLight(JobOperator):
 
     def job(self, context: bpy.types.Context) -> Job[EditedLight]:
         """Read the settings and start."""
-        from ..spectral_probe.editing import edit_light
-
         settings = context.scene.spectral_probe
-        return edit_light(probe_folder(settings), built_folder(settings), self.edit(context))
+        return _edited(probe_folder(settings), built_folder(settings), self.edit(context))
 
     def done(self, context: bpy.types.Context, result: Any) -> None:
         """Keep the list of edits, and light the world with the new state."""
+        from .bridge.panorama_image import follow_picture
         from .bridge.world import follow_light
 
         settings = context.scene.spectral_probe
         base = built_folder(settings)
         keep_edits(settings, result)
         follow_light(context.scene, base, result.directory / "world.exr")
+        follow_picture(settings)
         self.report({"INFO"}, _said(len(result.edits)))
+
+
+def _edited(
+    directory: Path, base: Path, edit: Callable[[SpectralPanorama], SpectralPanorama]
+) -> Job[EditedLight]:
+    """Edit the light, and keep it in memory for the panorama's tools."""
+    from ..spectral_probe.editing import edit_light
+    from .bridge.opened_probe import MEMORY
+
+    light = yield from edit_light(directory, base, edit)
+    MEMORY.keep(light.directory / "probe.exr", light.panorama)
+    return light
 
 
 def _said(count: int) -> str:

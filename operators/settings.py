@@ -11,7 +11,6 @@ import bpy
 
 from ..preferences import library_folder
 from ..spectral_probe.errors import CaptureError
-from ..spectral_probe.files.spectrum_file import is_spectrum_file
 from ..spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
 from .bridge import packed_probe
 from .bridge.packed_probe import EDITS, PROBE
@@ -118,6 +117,8 @@ def add_photos(view: bpy.types.PropertyGroup, paths: list[Path]) -> None:
 
 def material_from(text: str) -> str | Mapping[str, float]:
     """A ball material: "Fe 0.74, Cr 0.18" as fractions of metals, a file's name as its path, anything else as a name."""
+    from ..spectral_probe.files.spectrum_file import is_spectrum_file
+
     if is_spectrum_file(text.strip()):
         return bpy.path.abspath(text.strip())
     parts = [_FRACTION.fullmatch(part) for part in text.split(",")]
@@ -150,6 +151,7 @@ def _view_from(view: bpy.types.PropertyGroup, number: int) -> ViewSettings:
         ball_at=_pair(view.ball_at_px) if view.has_ball_at else None,
         solve_exposures=view.solve_exposures,
         filter=filter_from(view.filter),
+        snap_outline=view.outline_source == "SNAP",
     )
 
 
@@ -163,7 +165,7 @@ def _all_or_none(values: list[float], what: str, number: int) -> tuple[float, ..
     return tuple(decimal(value) for value in values)
 
 
-def _given_outline(view: bpy.types.PropertyGroup, number: int) -> tuple[float, float, float] | None:
+def _given_outline(view: bpy.types.PropertyGroup, number: int) -> tuple[float, ...] | None:
     if view.outline_source == "AUTOMATIC":
         return None
     x_px, y_px, radius_px = (decimal(value) for value in view.outline_px)
@@ -171,6 +173,8 @@ def _given_outline(view: bpy.types.PropertyGroup, number: int) -> tuple[float, f
         raise CaptureError(
             f"The circle of view {number} has no radius. Give it, or set the outline to Automatic."
         )
+    if view.outline_source == "GIVEN" and view.outline_minor_px > 0:
+        return (x_px, y_px, radius_px, decimal(view.outline_minor_px), degrees(view.outline_angle))
     return (x_px, y_px, radius_px)
 
 
@@ -237,8 +241,10 @@ def _fill_view(view: bpy.types.PropertyGroup, given: ViewSettings) -> None:
     view.has_ball_at = given.ball_at is not None
     view.ball_at_px = given.ball_at or (0.0, 0.0)
     if given.outline is not None:
-        view.outline_source = "GIVEN"
-        view.outline_px = given.outline
+        view.outline_source = "SNAP" if given.snap_outline else "GIVEN"
+        view.outline_px = given.outline[:3]
+        if len(given.outline) == 5:
+            view.outline_minor_px, view.outline_angle = given.outline[3], math.radians(given.outline[4])
 
 
 def _pair(values: bpy.types.bpy_prop_array) -> tuple[float, float]:

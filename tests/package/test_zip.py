@@ -17,6 +17,7 @@ PRODUCT = re.compile(
     | spectral_probe/[\w/]+\.py
     | spectral_probe/data/([\w-]+/)*[^./][^/]*\.(csv|toml|json|npz|txt)
     | sample_scenes/(?!.*/\.).*\.(dng|toml|csv|json|exr|tif|png|jpg|blend|md|txt)
+    | presets/spectral_probe/(capture|lamps|render)/[\w,-]+\.toml
     | wheels/[^/]+\.whl
     """,
     re.VERBOSE,
