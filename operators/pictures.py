@@ -21,11 +21,6 @@ def show(path: Path, name: str) -> bpy.types.Image:
     return image
 
 
-def show_image(image: bpy.types.Image) -> None:
-    """Show an image as `show` does."""
-    _show_soon(image)
-
-
 def show_render(path: Path) -> bpy.types.Image:
     """Load image.exr of a spectral render as the image "Spectral Render", in place of an earlier one, and show it.
 

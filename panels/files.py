@@ -1,5 +1,7 @@
 """Files: the packed probe, how paths are written, what is missing. Also our part of File > External Data."""
 
+from pathlib import Path
+
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
@@ -47,10 +49,13 @@ def draw_missing(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     if not gone:
         return
     column = results(layout)
+    column.label(
+        text=iface_("Files are missing: {count}").format(count=len(gone)), icon="ERROR", translate=False
+    )
     for path in gone[:_NAMED]:
-        paragraph(column, context, path, "LIBRARY_DATA_BROKEN")
+        column.label(text="/".join(Path(path).parts[-2:]), icon="BLANK1", translate=False)
     if len(gone) > _NAMED:
-        column.label(text=iface_("and {count} more").format(count=len(gone) - _NAMED), translate=False)
+        column.label(text="...", icon="BLANK1", translate=False)
     layout.operator("spectral_probe.find_files", icon="VIEWZOOM")
 
 
