@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import command_line, panorama_handlers
+from . import command_line, panorama_handlers, running_job
 from .add_glass import SPECTRAL_PROBE_OT_add_glass
 from .add_mask import SPECTRAL_PROBE_OT_add_mask
 from .add_object import SPECTRAL_PROBE_OT_add_object
@@ -123,6 +123,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
 def register() -> None:
     """Make the operators and the command known to Blender."""
     _register_classes()
+    running_job.register()
     command_line.register()
     panorama_handlers.register()
 
@@ -132,4 +133,5 @@ def unregister() -> None:
     SwatchShelf.clear()
     panorama_handlers.unregister()
     command_line.unregister()
+    running_job.unregister()
     _unregister_classes()

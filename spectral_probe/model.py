@@ -6,7 +6,7 @@ Axis letters: H, W image; C = 3 camera channels; L wavelengths; K basis weights;
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:  # Blender imports this module at its start, and would wait fo
     import numpy as np
     import numpy.typing as npt
 
+    from .work import Work
+
 type FloatArray = npt.NDArray[np.floating[Any]]
 type IntArray = npt.NDArray[np.integer[Any]]
 type BoolArray = npt.NDArray[np.bool_]
@@ -24,10 +26,14 @@ type BoolArray = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a long job has come: `fraction` in 0..1 and what it is doing now."""
+    """How far a long job has come: `fraction` in 0..1 and what it is doing now.
+
+    `work` is what has to be done before the job goes on, where that is not the job's own next step (`work.Work`).
+    """
 
     fraction: float
     message: str
+    work: Work[Any] | None = None
 
 
 type Job[Result] = Generator[Progress, None, Result]
@@ -68,7 +74,7 @@ def part[Result](job: Job[Result], start: float, end: float) -> Job[Result]:
                 progress = next(job)
             except StopIteration as stop:
                 return stop.value  # type: ignore[no-any-return]  # StopIteration carries its value untyped
-            yield Progress(start + (end - start) * progress.fraction, progress.message)
+            yield replace(progress, fraction=start + (end - start) * progress.fraction)
     finally:
         job.close()
 
