@@ -59,7 +59,7 @@ class Asset:
     @property
     def catalogue_id(self) -> str:
         """The catalogue's identity, the same in every build."""
-        return str(uuid.uuid5(_NAMESPACE, self.catalogue))
+        return identity(self.catalogue)
 
 
 def wanted(core: Any) -> Iterator[Asset]:
@@ -125,22 +125,20 @@ def main(folder: Path) -> None:
         ball.data.materials.clear()
         made = {bpy.data.materials[asset.name] for asset in assets}
         bpy.data.libraries.write(str(folder / BLEND), made, fake_user=True, compress=True)
-    lines = sorted({f"{asset.catalogue_id}:{asset.catalogue}:{asset.catalogue}" for asset in assets})
-    text = "\n".join(
-        [
-            "# Catalogues of the assets, written by build.py",
-            "",
-            "VERSION 1",
-            "",
-            *map(_with_simple_name, lines),
-        ]
-    )
-    (folder / CATALOGUE).write_text(text + "\n", encoding="utf-8")
+    (folder / CATALOGUE).write_text(catalogue_text(assets), encoding="utf-8")
 
 
-def _with_simple_name(line: str) -> str:
-    identity, path, _ = line.split(":")
-    return f"{identity}:{path}:{path.replace('/', '-')}"
+def catalogue_text(assets: list[Asset]) -> str:
+    """The file of catalogues, parents among them: those that Blender has to make up show as unsaved."""
+    paths = {asset.catalogue for asset in assets}
+    paths |= {path.partition("/")[0] for path in paths}
+    lines = [f"{identity(path)}:{path}:{path.replace('/', '-')}" for path in sorted(paths)]
+    return "\n".join(["# Catalogues of the assets, written by build.py", "", "VERSION 1", "", *lines, ""])
+
+
+def identity(catalogue: str) -> str:
+    """A catalogue's identity, the same in every build."""
+    return str(uuid.uuid5(_NAMESPACE, catalogue))
 
 
 def enabled(folder: Path) -> str:

@@ -11,7 +11,7 @@ BLEND = FOLDER / "spectral_materials.blend"
 
 
 @pytest.fixture(scope="module")
-def wanted(in_extension):
+def build(in_extension):
     """What the library knows by name: what the .blend was built from."""
     spec = importlib.util.spec_from_file_location("assets_build", FOLDER / "build.py")
     build = importlib.util.module_from_spec(spec)
@@ -19,7 +19,10 @@ def wanted(in_extension):
 
     sys.modules["assets_build"] = build
     spec.loader.exec_module(build)
-    yield {asset.name: asset for asset in build.wanted(lambda name: in_extension(f"spectral_probe.{name}"))}
+    build.assets = {
+        asset.name: asset for asset in build.wanted(lambda name: in_extension(f"spectral_probe.{name}"))
+    }
+    yield build
     del sys.modules["assets_build"]
 
 
@@ -35,18 +38,20 @@ def test_it_is_small():
     assert BLEND.stat().st_size < 2_000_000
 
 
-def test_it_holds_what_the_library_knows_by_name(wanted, appended):
-    assert set(appended) == set(wanted)
-    assert len(wanted) >= 60
+def test_it_holds_what_the_library_knows_by_name(build, appended):
+    assert set(appended) == set(build.assets)
+    assert len(build.assets) >= 60
+    written = (FOLDER / "blender_assets.cats.txt").read_text("utf-8")
+    assert written == build.catalogue_text([*build.assets.values()])
 
 
-def test_settings_passports_and_previews_came_along(wanted, appended):
+def test_settings_passports_and_previews_came_along(build, appended):
     catalogues = dict(
         line.split(":")[:2]
         for line in (FOLDER / "blender_assets.cats.txt").read_text().splitlines()
         if ":" in line
     )
-    for name, asset in wanted.items():
+    for name, asset in build.assets.items():
         settings, about = appended[name].spectral_probe, appended[name].asset_data
         for key, value in asset.settings.items():
             assert getattr(settings, key) == (pytest.approx(value) if isinstance(value, float) else value), (
