@@ -2,7 +2,11 @@
 
 import bpy
 
-from . import command_line, panorama_handlers, running_job
+from . import add_asset_library, command_line, panorama_handlers, running_job
+from .add_asset_library import (
+    SPECTRAL_PROBE_OT_add_asset_library,
+    SPECTRAL_PROBE_OT_remove_asset_library,
+)
 from .add_glass import SPECTRAL_PROBE_OT_add_glass
 from .add_mask import SPECTRAL_PROBE_OT_add_mask
 from .add_object import SPECTRAL_PROBE_OT_add_object
@@ -106,6 +110,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_add_torrance_sparrow,
         SPECTRAL_PROBE_OT_show_swatches,
         SPECTRAL_PROBE_OT_choose_spectrum,
+        SPECTRAL_PROBE_OT_add_asset_library,
+        SPECTRAL_PROBE_OT_remove_asset_library,
         SPECTRAL_PROBE_OT_add_swappable,
         SPECTRAL_PROBE_OT_remove_swappable,
         SPECTRAL_PROBE_OT_plan_render,
@@ -126,10 +132,12 @@ def register() -> None:
     running_job.register()
     command_line.register()
     panorama_handlers.register()
+    add_asset_library.register()
 
 
 def unregister() -> None:
     """Take them back."""
+    add_asset_library.unregister()
     SwatchShelf.clear()
     panorama_handlers.unregister()
     command_line.unregister()

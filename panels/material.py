@@ -13,7 +13,7 @@ def draw_spectrum(column: bpy.types.UILayout, material: bpy.types.Material) -> N
         case "METAL":
             column.prop(settings, "metal")
         case "REFLECTANCE":
-            column.prop(settings, "reflectance_path", text="File")
+            column.prop(settings, "reflectance_path", text="Surface")
         case "GLASS":
             column.prop(settings, "glass")
             column.prop(settings, "glass_as")
@@ -32,9 +32,9 @@ def draw_spectrum(column: bpy.types.UILayout, material: bpy.types.Material) -> N
                 column.prop(settings, "sellmeier_c")
 
 
-def draw_light(column: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
+def draw_light(column: bpy.types.UILayout, settings: bpy.types.PropertyGroup, text: str = "Light") -> None:
     """The spectrum of a lamp or of what a material emits."""
-    column.prop(settings, "light")
+    column.prop(settings, "light", text=text)
     if settings.light == "LAMP":
         column.prop(settings, "lamp")
 
@@ -54,7 +54,7 @@ class SPECTRAL_PROBE_PT_material(InProperties, bpy.types.Panel):
         """Draw its settings."""
         column = settings_layout(self.layout)
         draw_spectrum(column, context.material)
-        draw_light(column, context.material.spectral_probe)
+        draw_light(column, context.material.spectral_probe, "Emission")
 
 
 class SPECTRAL_PROBE_PT_light(InProperties, bpy.types.Panel):

@@ -103,7 +103,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("world", ["light_world"]),
         ("backplate", ["match_backplate"]),
         ("ground", ["add_ground"]),
-        ("objects", ["add_object", "add_object", "add_object"]),
+        ("objects", [*4 * ["add_object"], "add_asset_library"]),
         ("render", ["use_cycles", "plan_render", "render_spectral", "render_animation"]),
         ("swap", ["add_swappable", "remove_swappable", "swap_light"]),
         ("composite", ["composite"]),

@@ -28,7 +28,7 @@ def shelf(in_extension):
 
 
 @pytest.fixture
-def listed(shelf, settings):
+def listed(shelf, scene):  # noqa: ARG001  # a new file first
     """The list in this file."""
     shown = bpy.context.window_manager.spectral_probe_swatches
     shelf.fill(shown, shelf._named, shelf._pages, "FL11")
@@ -140,7 +140,8 @@ def test_every_kind_fits_the_ordinary_shader(kind, entry, field, expected, mater
     assert surface(material).inputs[field].default_value == pytest.approx(expected, abs=2e-3)
 
 
-def test_what_was_chosen_renders_spectrally(material, choose, in_extension):
+@pytest.mark.usefixtures("material")
+def test_what_was_chosen_renders_spectrally(choose, in_extension):
     spectral = in_extension("operators.bridge.materials").spectral_materials
     for kind, entry in (
         ("METAL", "brass"),
@@ -155,7 +156,7 @@ def test_what_was_chosen_renders_spectrally(material, choose, in_extension):
             assert materials.spectra or materials.dispersive, (kind, entry)
 
 
-def test_a_lamp_takes_its_colour_and_keeps_its_luminance(choose, in_extension):
+def test_a_lamp_takes_its_colour_and_keeps_its_luminance(choose):
     bpy.ops.object.light_add(type="AREA")
     lamp = bpy.context.object.data
     lamp.energy = 100.0
@@ -180,7 +181,8 @@ def test_an_unknown_entry_changes_nothing(material, choose):
     assert material.spectral_probe.kind == "RGB"
 
 
-def test_the_panel_draws_the_list(listed, material, drawn):
+@pytest.mark.usefixtures("listed")
+def test_the_panel_draws_the_list(material, drawn):
     panel = bpy.types.SPECTRAL_PROBE_PT_material_swatches
     assert drawn(panel, material=material) == [], "from colours: nothing measured to choose"
     material.spectral_probe.kind = "METAL"

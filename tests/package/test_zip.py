@@ -16,6 +16,7 @@ PRODUCT = re.compile(
     | (operators|panels)/[\w/]+\.py
     | spectral_probe/[\w/]+\.py
     | spectral_probe/data/([\w-]+/)*[^./][^/]*\.(csv|toml|json|npz|txt)
+    | assets/[^/]+\.(blend|cats\.txt)
     | sample_scenes/(?!.*/\.).*\.(dng|toml|csv|json|exr|tif|png|jpg|blend|md|txt)
     | presets/spectral_probe/(capture|lamps|render)/[\w,-]+\.toml
     | wheels/[^/]+\.whl
