@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import bpy
 from bpy.app.handlers import persistent
 
 from . import versions
-from .operators.bridge import own_paths
+from .operators.bridge import own_paths, packed_probe
 from .operators.missing import keep_missing
+from .operators.settings import built_folder
+from .spectral_probe.errors import SpectralProbeError
+
+_LOG = logging.getLogger(__name__)
 
 
 @persistent
@@ -18,6 +23,7 @@ def _loaded(*_: object) -> None:
     for scene in bpy.data.scenes:
         versions.upgrade(scene)
     _resolve_linked()
+    _unpack(bpy.data.scenes)
     keep_missing(bpy.context)
 
 
@@ -33,7 +39,40 @@ def _imported(context: bpy.types.BlendImportContext, *_: object) -> None:
             library = Path(bpy.path.abspath(item.source_library.filepath))
             own_paths.follow((item.id,), library.parent, own)
     _resolve_linked()
+    _unpack(scene for scene in bpy.data.scenes if scene in came)
     keep_missing(bpy.context)
+
+
+def _unpack(scenes: Iterable[bpy.types.Scene]) -> None:
+    """Packed probes whose folders are not there are to be had in this session."""
+    for scene in scenes:
+        if packed_names(scene):
+            try:
+                packed_probe.unpack_for_session(scene.spectral_probe)
+            except (
+                SpectralProbeError
+            ) as problem:  # no room in the temporary folder: the buttons say what is missing
+                _LOG.warning("%s", problem)
+
+
+def _pack_again() -> None:
+    for scene in bpy.data.scenes:
+        if scene.library is None and packed_names(scene) and scene.spectral_probe.packed.outdated:
+            settings = scene.spectral_probe
+            try:
+                packed_probe.pack(settings, built_folder(settings))
+            except SpectralProbeError as problem:
+                _LOG.warning("%s", problem)
+
+
+def packed_names(scene: bpy.types.Scene) -> list[str]:
+    """Files of a probe that a scene holds; looking makes no settings where there are none."""
+    stored = versions.stored_settings(scene)
+    return (
+        []
+        if stored is None or "packed" not in stored
+        else [item.name for item in scene.spectral_probe.packed.files]
+    )
 
 
 def _resolve_linked() -> None:
@@ -50,6 +89,7 @@ def _saving_handlers() -> tuple[tuple[str, Callable[..., None]], ...]:
     @persistent
     def before(filepath: str, *_: object) -> None:
         versions.stamp(bpy.data.scenes)
+        _pack_again()
         put_back.clear()
         old, new = bpy.data.filepath, Path(filepath).parent
         if old and Path(old).parent != new:

@@ -19,6 +19,8 @@ from bpy.props import (
 from . import (
     compare_properties,
     outline_properties,
+    packed_properties,
+    panorama_properties,
     region_properties,
     swap_properties,
     swatch_properties,
@@ -310,6 +312,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+    packed: PointerProperty(type=packed_properties.SPECTRAL_PROBE_PG_packed)
     spectrum: PointerProperty(type=SPECTRAL_PROBE_PG_spectrum)
     region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
     edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
@@ -403,6 +406,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_view,
         SPECTRAL_PROBE_PG_camera,
         SPECTRAL_PROBE_PG_probe,
+        *packed_properties.CLASSES,
         SPECTRAL_PROBE_PG_output,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_composite,
@@ -433,10 +437,12 @@ def register() -> None:
         type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
     )
     swatch_properties.register()
+    panorama_properties.register()
 
 
 def unregister() -> None:
     """Detach them."""
+    panorama_properties.unregister()
     swatch_properties.unregister()
     del bpy.types.WindowManager.spectral_probe
     del bpy.types.Light.spectral_probe

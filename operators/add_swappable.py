@@ -12,26 +12,32 @@ from .polls import has_region
 from .region import region_from
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from ..spectral_probe.model import BoolArray, SpectralPanorama
 
 _REGION = ("kind", "azimuth", "elevation", "polygon", "mask")
 
 
-def marked_masks(settings: bpy.types.PropertyGroup, panorama: SpectralPanorama) -> dict[str, BoolArray]:
-    """The marked regions as masks (H, W) of a panorama by name, for the render of a scene with these settings.
+def marked_regions(settings: bpy.types.PropertyGroup) -> dict[str, Callable[[SpectralPanorama], BoolArray]]:
+    """What finds each of the marked regions in a panorama, by name; it touches no Blender data.
 
     Raises
     ------
     SpectralProbeError
         If two have one name, or a region cannot be used.
     """
-    masks: dict[str, BoolArray] = {}
+    regions: dict[str, Callable[[SpectralPanorama], BoolArray]] = {}
     for item in settings.swap.items:
-        if item.name in masks:
+        if item.name in regions:
             raise RenderError(f'Two swappable regions are called "{item.name}". Give each a name of its own.')
-        _, find = region_from(item)
-        masks[item.name] = find(panorama)
-    return masks
+        _, regions[item.name] = region_from(item)
+    return regions
+
+
+def marked_masks(settings: bpy.types.PropertyGroup, panorama: SpectralPanorama) -> dict[str, BoolArray]:
+    """The marked regions as masks (H, W) of a panorama by name, for the render of a scene with these settings."""
+    return {name: find(panorama) for name, find in marked_regions(settings).items()}
 
 
 class SPECTRAL_PROBE_OT_add_swappable(ReportsErrors, bpy.types.Operator):

@@ -10,7 +10,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from ..spectral_probe.model import Capture, Job, Progress
 from .job import JobOperator
 from .pictures import show_image
-from .polls import has_views
+from .polls import has_photographs
 from .settings import capture_from
 from .view_outline import Development, ViewOutline, develop, keep_outline, outline_in
 
@@ -62,7 +62,7 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be photographs."""
-        return has_views(cls, context)
+        return has_photographs(cls, context)
 
     def job(self, context: bpy.types.Context) -> Job[list[FoundOutline]]:
         """Look in every view, or in the active one."""

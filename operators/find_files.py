@@ -23,7 +23,10 @@ class SPECTRAL_PROBE_OT_find_files(JobOperator, bpy.types.Operator):
     bl_label = "Find Spectral Probe Files"
 
     directory: StringProperty(
-        name="Folder", description="Where to look", subtype="DIR_PATH", options={"SKIP_SAVE"}
+        name="Folder",
+        description="Where to look",
+        subtype="DIR_PATH",
+        options={"SKIP_SAVE", "PATH_SUPPORTS_BLEND_RELATIVE"},
     )
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
 

@@ -1,71 +1,78 @@
 """Long work as a generator of `Progress`, with two drivers: modal in a window, blocking without one.
 
-ESC stops a job at its next step; closing the generator runs its `finally`, which puts the scene back. A job
-that touches no Blender data runs its steps in a worker thread: the window stays alive while they last.
+ESC stops a job at its next step, and a render at once; closing the generator runs its `finally`, which puts the scene back. Steps
+that touch no Blender data run in a thread, renders as Blender's own render job (`running_job`): the window stays alive.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_rpt as rpt_
 
-from ..spectral_probe.model import Job, Progress
+from ..spectral_probe.errors import SpectralProbeError
+from ..spectral_probe.model import Job
+from ..spectral_probe.work import Finished, advance
 from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
+from .job_progress import progress_shown
+from .running_job import RunningJob, running
 
 RUNNING: OperatorResult = {"RUNNING_MODAL"}
 _TICK_S = 0.05
 _NAVIGATION = {"MIDDLEMOUSE", "MOUSEMOVE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM"}
 
 
-@dataclass(frozen=True)
-class Finished[Result]:
-    """The end of a job and what it gave."""
-
-    result: Result
-
-
-def advance[Result](job: Job[Result]) -> Progress | Finished[Result]:
-    """One step of a job."""
-    try:
-        return next(job)
-    except StopIteration as stop:
-        return Finished(stop.value)
-
-
 class JobOperator(ReportsErrors):
     """Mixin for operators whose work is a job. `job` starts it, `done` takes its result."""
 
     in_thread = False
-    """True where the job's steps touch no Blender data."""
+    """True where none of the job's steps touches Blender data: all of them run in the thread."""
 
     after_stop = ""
     """What the user is told, besides, when ESC has stopped the job."""
 
     _open: ExitStack | None = None  # what must be closed when the modal driver ends
-    _job: Job[Any] | None = None
-    _worker: ThreadPoolExecutor | None = None
-    _step: Future[Progress | Finished[Any]] | None = None
-    _cancelling = False
+    _running: RunningJob | None = None
+    _show: Any = None
+    _scene_uid = 0
+    _began = 0.0
+    _lines: list[tuple[str, str]] | None = None
 
     def job(self, context: bpy.types.Context) -> Job[Any]:
         """Read the settings and return the job; every operator has its own."""
         raise NotImplementedError
 
     def done(self, context: bpy.types.Context, result: Any) -> None:
-        """Keep and report the result; every operator has its own."""
+        """Keep and tell the result; every operator has its own."""
         raise NotImplementedError
+
+    def tell(self, kind: str, text: str) -> None:
+        """Report a line ("INFO" or "WARNING"), which also stays in the job's own report (`job_report`)."""
+        self.report({kind}, text)
+        if self._lines is not None:
+            self._lines.append((kind, text))
+
+    def reporting(self, work: Callable[[], OperatorResult]) -> OperatorResult:
+        """The result of `work`, or CANCELLED with a report; both stay in the job's own report."""
+        try:
+            return super().reporting(work)
+        except ReferenceError:
+            self.report({"ERROR"}, _gone(self.bl_label))
+            return CANCELLED
 
     def run(self, context: bpy.types.Context) -> OperatorResult:
         """Block until the job is done: the driver for background and scripts."""
-        with closing(self.job(context)) as job, _progress_shown(context, type(self).bl_idname):
+        self._refuse_second()
+        self._remember(context)
+        with closing(self.job(context)) as job, progress_shown(context, type(self).bl_idname) as show:
             while not isinstance(step := advance(job), Finished):
-                _show(context, step)
-        self.done(context, step.result)
+                show(context, step)
+        self._done(context, step.result)
         return FINISHED
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
@@ -76,10 +83,11 @@ class JobOperator(ReportsErrors):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """Called by Blender for every event while the job lasts."""
-        if event.type == "ESC" and event.value == "PRESS":
-            self._cancelling = True
-            context.workspace.status_text_set("Stopping after this step...")
-        if event.type != "TIMER":
+        job = self._running
+        if event.type == "ESC" and event.value == "PRESS" and job is not None:
+            job.stopping = True
+            context.workspace.status_text_set(rpt_("Stopping after this step..."))
+        if event.type != "TIMER" and (job is None or job.open):
             return {"PASS_THROUGH"} if event.type in _NAVIGATION else RUNNING
         result = CANCELLED
         try:
@@ -94,11 +102,12 @@ class JobOperator(ReportsErrors):
         self._end()
 
     def _begin(self, context: bpy.types.Context) -> OperatorResult:
+        self._refuse_second()
+        self._remember(context)
         with ExitStack() as opened:
-            self._job = opened.enter_context(closing(self.job(context)))
-            if self.in_thread:  # leaving it waits for its step: a generator that runs cannot be closed
-                self._worker = opened.enter_context(ThreadPoolExecutor(max_workers=1))
-            opened.enter_context(_progress_shown(context, type(self).bl_idname))
+            self._show = opened.enter_context(progress_shown(context, type(self).bl_idname))
+            self._running = RunningJob(iface_(self.bl_label), self.job(context), in_thread=self.in_thread)
+            opened.callback(self._running.end)
             timer = context.window_manager.event_timer_add(_TICK_S, window=context.window)
             opened.callback(context.window_manager.event_timer_remove, timer)
             context.window_manager.modal_handler_add(self)
@@ -106,23 +115,36 @@ class JobOperator(ReportsErrors):
         return RUNNING
 
     def _tick(self, context: bpy.types.Context) -> OperatorResult:
-        if self._step is not None and not self._step.done():
-            return RUNNING
-        step = self._step.result() if self._step is not None else None
-        self._step = None
-        if self._cancelling and not isinstance(step, Finished):
-            self.report({"INFO"}, f"{self.bl_label} stopped{self.after_stop}")
+        job = self._running
+        if not job.open:
+            text = rpt_("{job} was stopped, because {reason}").format(job=job.label, reason=job.ended_by)
+            self.tell("WARNING", text)
             return CANCELLED
-        if step is None and self._worker is None:
-            step = advance(self._job)
+        step = job.tick()
         if isinstance(step, Finished):
-            self.done(context, step.result)
+            job.end()
+            self._done(context, step.result)
             return FINISHED
         if step is not None:
-            _show(context, step)
-        if self._worker is not None:
-            self._step = self._worker.submit(advance, self._job)
+            self._show(context, step)
+        elif job.stopping and not job.busy:
+            job.end()
+            self.tell("INFO", rpt_("{job} stopped").format(job=job.label) + self.after_stop)
+            return CANCELLED
         return RUNNING
+
+    def _refuse_second(self) -> None:
+        job = running()
+        if job is not None:
+            text = rpt_("{job} is still running. Wait until it is done, or stop it with ESC.")
+            raise SpectralProbeError(text.format(job=job.label))
+
+    def _remember(self, context: bpy.types.Context) -> None:
+        self._scene_uid, self._began, self._lines = context.scene.session_uid, time.monotonic(), []
+
+    def _done(self, context: bpy.types.Context, result: Any) -> None:
+        with _its_scene(context, self._scene_uid, self.bl_label):
+            self.done(context, result)
 
     def _end(self) -> None:
         if self._open is not None:
@@ -130,32 +152,20 @@ class JobOperator(ReportsErrors):
 
 
 @contextmanager
-def _progress_shown(context: bpy.types.Context, operator: str) -> Iterator[None]:
-    """Cursor, status bar and panels show progress until the block ends."""
-    window_manager, workspace = context.window_manager, context.workspace
-    window_manager.spectral_probe.operator = operator
-    window_manager.spectral_probe.fraction = 0.0
-    window_manager.progress_begin(0.0, 1.0)
-    try:
+def _its_scene(context: bpy.types.Context, uid: int, label: str) -> Iterator[None]:
+    """The context's scene is the one that the job was started in, whatever the window shows now."""
+    scene = next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
+    if scene is None:
+        raise SpectralProbeError(_gone(label))
+    if scene == context.scene:
         yield
-    finally:
-        window_manager.progress_end()
-        window_manager.property_unset("spectral_probe")
-        if workspace is not None and not bpy.app.background:
-            workspace.status_text_set(None)
-        _redraw(window_manager)
+        return
+    with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+        yield
 
 
-def _show(context: bpy.types.Context, step: Progress) -> None:
-    shown = context.window_manager.spectral_probe
-    shown.fraction, shown.message = step.fraction, step.message
-    context.window_manager.progress_update(step.fraction)
-    if not bpy.app.background and context.workspace is not None:
-        context.workspace.status_text_set(f"{step.message} ({step.fraction:.0%}), ESC stops it")
-    _redraw(context.window_manager)
-
-
-def _redraw(window_manager: bpy.types.WindowManager) -> None:
-    for window in window_manager.windows:
-        for area in window.screen.areas:
-            area.tag_redraw()
+def _gone(label: str) -> str:
+    text = rpt_(
+        "{job} ended: its scene, or something it uses, was removed meanwhile. Undo that, and start it again."
+    )
+    return text.format(job=iface_(label))

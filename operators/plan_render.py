@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..spectral_probe.model import Job, Progress
+from ..spectral_probe.work import worked
 from .job import JobOperator
 from .polls import has_light, uses_cycles
-from .render_spectral import planner_of
+from .render_spectral import planner_from
 from .results import keep_plan
 
 if TYPE_CHECKING:
@@ -29,12 +30,11 @@ class SPECTRAL_PROBE_OT_plan_render(JobOperator, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> Job[PassPlan]:
         """Make the plan that the render would make."""
-        from .bridge.cycles import planned
+        from .bridge.cycles import making_plan
 
-        yield Progress(0.0, "Reading the light")
-        planner = planner_of(context)
-        yield Progress(0.3, "Planning the passes")
-        return planned(context.scene, planner)
+        scene = context.scene
+        planner = yield from worked(Progress(0.0, "Reading the light"), planner_from(scene.spectral_probe))
+        return (yield from making_plan(scene, planner))
 
     def done(self, context: bpy.types.Context, result: PassPlan) -> None:
         """Keep the prediction in the scene."""

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..spectral_probe.model import Job
-from .add_swappable import marked_masks
+from ..spectral_probe.model import Job, Progress
+from ..spectral_probe.work import worked
+from .add_swappable import marked_regions
 from .base import FINISHED, OperatorResult
 from .job import JobOperator
 from .pictures import show_render
 from .polls import has_light, uses_cycles
+from .render_folder import render_folder
 from .results import keep_render
-from .settings import folder_of, probe_folder
+from .settings import probe_folder
 from .swap_light import keep_lights
 
 if TYPE_CHECKING:
@@ -55,13 +59,12 @@ class RendersSpectrally(JobOperator):
         return self.reporting(lambda: self._ask_or_start(context, event))
 
     def _ask_or_start(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        from .bridge.resuming import unfinished_changes
+        from .bridge.resuming import unfinished, unfinished_changes
 
-        planner, folder = (
-            planner_of(context),
-            folder_of(context.scene.spectral_probe.render_directory, "render"),
-        )
-        self._changed = unfinished_changes(context.scene, planner, self.first_folder(context, folder))
+        settings = context.scene.spectral_probe
+        folder = self.first_folder(context, render_folder(context.scene))
+        if unfinished(folder) is not None:
+            self._changed = unfinished_changes(context.scene, planner_from(settings)(), folder)
         if not self._changed:
             return super().invoke(context, event)
         self.on_change = "RESTART"
@@ -107,10 +110,9 @@ class RendersSpectrally(JobOperator):
         keep_render(context.scene.spectral_probe, result)
         keep_lights(context.scene.spectral_probe, result.xyz.parent)
         show_render(result.image)
-        write_preview(result.xyz)
-        self.report({"INFO"}, told)
+        self.tell("INFO", told)
         for warning in result.warnings:
-            self.report({"WARNING"}, warning)
+            self.tell("WARNING", warning)
 
 
 class SPECTRAL_PROBE_OT_render_spectral(RendersSpectrally, bpy.types.Operator):
@@ -121,19 +123,9 @@ class SPECTRAL_PROBE_OT_render_spectral(RendersSpectrally, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> Job[SpectralRender]:
         """Read the settings and start."""
-        from .bridge.cycles import spectral_render
-
-        planner = planner_of(context)
-        directory = folder_of(context.scene.spectral_probe.render_directory, "render")
-        return spectral_render(
-            context.scene,
-            planner.probe,
-            None,
-            directory,
-            samples=planner.samples,
-            planner=planner,
-            **self.words(context),
-        )
+        directory = render_folder(context.scene, replace=self.on_change == "RESTART")
+        planner = planner_from(context.scene.spectral_probe)
+        return render_scene(context.scene, planner, directory, self.words(context))
 
     def done(self, context: bpy.types.Context, result: SpectralRender) -> None:
         """Keep the report's numbers in the scene."""
@@ -148,11 +140,9 @@ class SPECTRAL_PROBE_OT_render_animation(RendersSpectrally, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> Job[tuple[SpectralRender, ...]]:
         """Read the settings and start."""
-        from .bridge.frames import render_frames
-
-        directory = folder_of(context.scene.spectral_probe.render_directory, "render")
-        frames = frames_of(context.scene)
-        return render_frames(context.scene, planner_of(context), directory, frames, **self.words(context))
+        directory = render_folder(context.scene, replace=self.on_change == "RESTART")
+        planner, frames = planner_from(context.scene.spectral_probe), frames_of(context.scene)
+        return _render_frames(context.scene, planner, directory, frames, self.words(context))
 
     def first_folder(self, context: bpy.types.Context, folder: Path) -> Path:
         """The frame shown now: of the others only the render itself can tell."""
@@ -171,23 +161,56 @@ def frames_of(scene: bpy.types.Scene) -> range:
     return range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
 
 
-def planner_of(context: bpy.types.Context) -> Planner:
-    """What the scene's settings ask of a plan.
+def planner_from(settings: bpy.types.PropertyGroup) -> Callable[[], Planner]:
+    """What the scene's settings ask of a plan: read now, and made by the function returned, which touches no Blender data.
 
-    Raises
-    ------
-    SpectralProbeError
-        If the probe cannot be read.
+    It raises a SpectralProbeError if the probe cannot be read.
     """
-    from ..spectral_probe.files.probe_exr import read_probe
-    from .bridge.planning import Planner, PlanRequest
-
-    settings = context.scene.spectral_probe
-    probe = read_probe(probe_folder(settings) / "probe.exr") if settings.light == "PROBE" else None
+    probe_exr = probe_folder(settings) / "probe.exr" if settings.light == "PROBE" else None
+    regions = {} if probe_exr is None else marked_regions(settings)
     passes = {"AUTOMATIC": None, "NUMBER": settings.passes, "REFERENCE": "all"}[settings.plan]
-    masks = {} if probe is None else marked_masks(settings, probe)
-    request = PlanRequest(passes, settings.max_de2000, settings.full_samples, masks, settings.swap.lamps)
-    return Planner(probe, request, settings.samples)
+    max_de2000, full_samples = settings.max_de2000, settings.full_samples
+    lamps, samples = settings.swap.lamps, settings.samples
+
+    def make() -> Planner:
+        from ..spectral_probe.files.probe_exr import read_probe
+        from .bridge.planning import Planner, PlanRequest
+
+        probe = None if probe_exr is None else read_probe(probe_exr)
+        masks = {} if probe is None else {name: find(probe) for name, find in regions.items()}
+        return Planner(probe, PlanRequest(passes, max_de2000, full_samples, masks, lamps), samples)
+
+    return make
+
+
+def render_scene(
+    scene: bpy.types.Scene, make_planner: Callable[[], Planner], directory: Path, words: Mapping[str, Any]
+) -> Job[SpectralRender]:
+    """Render a scene spectrally, and write a preview beside its files."""
+    from .bridge.cycles import spectral_render
+
+    planner = yield from worked(Progress(0.0, "Reading the light"), make_planner)
+    result = yield from spectral_render(
+        scene, planner.probe, None, directory, samples=planner.samples, planner=planner, **words
+    )
+    yield from worked(Progress(1.0, "Writing a preview"), partial(write_preview, result.xyz))
+    return result
+
+
+def _render_frames(
+    scene: bpy.types.Scene,
+    make_planner: Callable[[], Planner],
+    directory: Path,
+    frames: Sequence[int],
+    words: Mapping[str, Any],
+) -> Job[tuple[SpectralRender, ...]]:
+    """Render frames of a scene spectrally, and write a preview of the last one."""
+    from .bridge.frames import render_frames
+
+    planner = yield from worked(Progress(0.0, "Reading the light"), make_planner)
+    results = yield from render_frames(scene, planner, directory, frames, **words)
+    yield from worked(Progress(1.0, "Writing a preview"), partial(write_preview, results[-1].xyz))
+    return results
 
 
 def write_preview(xyz_path: Path) -> Path:

@@ -6,7 +6,8 @@ import bpy
 from bpy.props import EnumProperty
 from mathutils import Euler, Quaternion, Vector
 
-from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
+from .base import FINISHED, OperatorResult, ReportsErrors
+from .direction_target import TARGETS, put_direction
 
 
 class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
@@ -18,12 +19,8 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
     target: EnumProperty(
         name="For",
         description="What the direction is for",
-        items=(
-            ("EDIT", "Glass and Lamps", "The region that a glass or another lamp is put into"),
-            ("SPECTRUM", "Plots", "The direction whose spectrum is shown"),
-            ("LIGHT", "Lamps by Region", "The active region with a light of its own"),
-            ("CALIBRATION", "Calibration", "The known light in the ball"),
-        ),
+        items=TARGETS,
+        default="EDIT",
         options={"SKIP_SAVE"},
     )
 
@@ -41,21 +38,7 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
 
         turn, _ = placement(context.scene.world)
         azimuth, elevation = bearing_of_view(_viewport(context).view_rotation, turn)
-        settings = context.scene.spectral_probe
-        known = settings.known_light
-        if self.target == "EDIT":
-            settings.region.azimuth, settings.region.elevation = azimuth, elevation
-            settings.region.kind = "SEED"
-        elif self.target == "SPECTRUM":
-            settings.spectrum.azimuth, settings.spectrum.elevation = azimuth, elevation
-        elif self.target == "CALIBRATION":
-            known.calibration.bearing, known.calibration.elevation = azimuth, elevation
-        elif known.active_region < len(known.regions):
-            region = known.regions[known.active_region]
-            region.place, region.bearing, region.elevation = "SEED", azimuth, elevation
-        else:
-            self.report({"ERROR"}, "There is no region yet. Add one in Lamps by Region first.")
-            return CANCELLED
+        put_direction(context.scene.spectral_probe, self.target, azimuth, elevation)
         return FINISHED
 
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import add_menu, overlays
+from . import add_menu, import_menu, overlays, preset_menus
 from .add_menu import SPECTRAL_PROBE_MT_add_metal
 from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
@@ -15,6 +15,7 @@ from .capture import (
 from .compare import SPECTRAL_PROBE_PT_compare
 from .composite import SPECTRAL_PROBE_PT_composite
 from .edits import SPECTRAL_PROBE_PT_edits, SPECTRAL_PROBE_UL_edits
+from .files import SPECTRAL_PROBE_PT_files, draw_external_data
 from .guide import SPECTRAL_PROBE_PT_main
 from .image_ball import SPECTRAL_PROBE_PT_image_ball, SPECTRAL_PROBE_PT_image_overlay
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
@@ -27,7 +28,19 @@ from .lists import (
 from .main import SPECTRAL_PROBE_PT_light_probe
 from .material import SPECTRAL_PROBE_PT_light, SPECTRAL_PROBE_PT_material
 from .objects import SPECTRAL_PROBE_PT_objects
+from .panorama import (
+    SPECTRAL_PROBE_PT_other_regions,
+    SPECTRAL_PROBE_PT_panorama,
+    SPECTRAL_PROBE_PT_pick,
+    SPECTRAL_PROBE_PT_region,
+)
+from .photo_menus import SPECTRAL_PROBE_MT_photos, SPECTRAL_PROBE_MT_views
 from .plots import SPECTRAL_PROBE_PT_plots
+from .preset_menus import (
+    SPECTRAL_PROBE_PT_capture_presets,
+    SPECTRAL_PROBE_PT_lamps_presets,
+    SPECTRAL_PROBE_PT_render_presets,
+)
 from .probe import SPECTRAL_PROBE_PT_probe, SPECTRAL_PROBE_PT_world
 from .render import SPECTRAL_PROBE_PT_render, draw_render_menu
 from .swap import SPECTRAL_PROBE_PT_swap, SPECTRAL_PROBE_UL_swappable
@@ -49,6 +62,11 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_light_probe,
         SPECTRAL_PROBE_PT_capture,
         SPECTRAL_PROBE_PT_photographs,
+        SPECTRAL_PROBE_MT_views,
+        SPECTRAL_PROBE_MT_photos,
+        SPECTRAL_PROBE_PT_capture_presets,
+        SPECTRAL_PROBE_PT_lamps_presets,
+        SPECTRAL_PROBE_PT_render_presets,
         SPECTRAL_PROBE_PT_camera,
         SPECTRAL_PROBE_PT_lamps,
         SPECTRAL_PROBE_PT_region_lights,
@@ -58,6 +76,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_plots,
         SPECTRAL_PROBE_PT_world,
         SPECTRAL_PROBE_PT_edits,
+        SPECTRAL_PROBE_PT_files,
         SPECTRAL_PROBE_PT_backplate,
         SPECTRAL_PROBE_PT_ground,
         SPECTRAL_PROBE_PT_objects,
@@ -73,6 +92,10 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_light_swatches,
         SPECTRAL_PROBE_MT_add_metal,
         SPECTRAL_PROBE_PT_torrance_sparrow,
+        SPECTRAL_PROBE_PT_panorama,
+        SPECTRAL_PROBE_PT_pick,
+        SPECTRAL_PROBE_PT_region,
+        SPECTRAL_PROBE_PT_other_regions,
         SPECTRAL_PROBE_PT_image_ball,
         SPECTRAL_PROBE_PT_image_overlay,
     )
@@ -83,13 +106,19 @@ def register() -> None:
     """Make panels, menu entries and what is drawn over pictures known to Blender."""
     _register_classes()
     bpy.types.TOPBAR_MT_render.append(draw_render_menu)
+    bpy.types.TOPBAR_MT_file_external_data.append(draw_external_data)
     add_menu.register()
+    import_menu.register()
+    preset_menus.register()
     overlays.register()
 
 
 def unregister() -> None:
     """Take them back."""
+    preset_menus.unregister()
+    import_menu.unregister()
     overlays.unregister()
     add_menu.unregister()
+    bpy.types.TOPBAR_MT_file_external_data.remove(draw_external_data)
     bpy.types.TOPBAR_MT_render.remove(draw_render_menu)
     _unregister_classes()

@@ -8,6 +8,7 @@ import bpy
 
 from .known_light import draw_own_lights
 from .main import InWorld, job_button, results, row, settings_layout
+from .preset_menus import SPECTRAL_PROBE_PT_capture_presets, SPECTRAL_PROBE_PT_lamps_presets
 
 
 class SPECTRAL_PROBE_PT_capture(InWorld, bpy.types.Panel):
@@ -19,7 +20,7 @@ class SPECTRAL_PROBE_PT_capture(InWorld, bpy.types.Panel):
         """Draw the views."""
         layout, settings = self.layout, context.scene.spectral_probe
         files = layout.row(align=True)
-        files.operator("spectral_probe.import_capture", icon="IMPORT", text="Import...")
+        files.operator("spectral_probe.import_photographs", icon="IMPORT", text="Import...")
         files.operator("spectral_probe.save_capture", icon="EXPORT", text="Save...")
         if settings.capture_path:
             name = layout.row()
@@ -34,6 +35,8 @@ class SPECTRAL_PROBE_PT_capture(InWorld, bpy.types.Panel):
         buttons = list_row.column(align=True)
         buttons.operator("spectral_probe.add_view", icon="ADD", text="")
         buttons.operator("spectral_probe.remove_view", icon="REMOVE", text="")
+        buttons.separator()
+        buttons.menu("SPECTRAL_PROBE_MT_views", icon="DOWNARROW_HLT", text="")
         if settings.active_view < len(settings.views):
             view = settings.views[settings.active_view]
             angles = settings_layout(layout)
@@ -61,7 +64,15 @@ class SPECTRAL_PROBE_PT_photographs(InWorld, bpy.types.Panel):
         layout, settings = self.layout, context.scene.spectral_probe
         view = settings.views[settings.active_view]
         rows = max(2, min(4, len(view.photos)))
-        layout.template_list("SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows)
+        list_row = layout.row()
+        list_row.template_list(
+            "SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows
+        )
+        buttons = list_row.column(align=True)
+        buttons.operator("spectral_probe.add_photos", icon="ADD", text="")
+        buttons.operator("spectral_probe.remove_photo", icon="REMOVE", text="")
+        buttons.separator()
+        buttons.menu("SPECTRAL_PROBE_MT_photos", icon="DOWNARROW_HLT", text="")
         column = settings_layout(layout)
         column.prop(view, "solve_exposures")
         column.prop(view, "filter")
@@ -80,6 +91,10 @@ class SPECTRAL_PROBE_PT_camera(InWorld, bpy.types.Panel):
     bl_label = "Camera"
     bl_parent_id = "SPECTRAL_PROBE_PT_capture"
     bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        """Draw the menu of presets."""
+        SPECTRAL_PROBE_PT_capture_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw sensitivities and lens."""
@@ -120,6 +135,10 @@ class SPECTRAL_PROBE_PT_lamps(InWorld, bpy.types.Panel):
     bl_label = "Lamps"
     bl_parent_id = "SPECTRAL_PROBE_PT_capture"
     bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        """Draw the menu of presets."""
+        SPECTRAL_PROBE_PT_lamps_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the families as a list of switches."""

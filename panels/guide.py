@@ -5,7 +5,7 @@ import bpy
 from .main import job_button
 
 _STEPS = (
-    ("spectral_probe.import_capture", "IMPORT"),
+    ("spectral_probe.import_photographs", "IMPORT"),
     ("spectral_probe.build_probe", "LIGHTPROBE_SPHERE"),
     ("spectral_probe.render_spectral", "RENDER_STILL"),
 )

@@ -2,8 +2,10 @@
 
 import bpy
 
+from ..operators.render_folder import sharing_scenes
 from .main import duration, job_button, paragraph, results, row, settings_layout
 from .output import draw_output
+from .preset_menus import SPECTRAL_PROBE_PT_render_presets
 from .swap import draw_plan
 
 
@@ -14,6 +16,10 @@ class SPECTRAL_PROBE_PT_render(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        """Draw the menu of presets."""
+        SPECTRAL_PROBE_PT_render_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the settings, the button and what the last render took."""
@@ -30,6 +36,8 @@ class SPECTRAL_PROBE_PT_render(bpy.types.Panel):
             column.prop(settings, "full_samples")
         column.prop(settings, "rgb_twin")
         column.prop(settings, "render_directory")
+        if sharing_scenes(context.scene):
+            layout.operator("spectral_probe.own_render_folder", icon="DUPLICATE")
         draw_output(column, settings.output)
         if context.scene.render.engine != "CYCLES":
             paragraph(

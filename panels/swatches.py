@@ -74,7 +74,10 @@ def _draw_details(
     column.active = False
     if kind != "LAMP":
         paragraph(
-            column, context, iface_("Swatches under {light}, white being white").format(light=light), "NONE"
+            column,
+            context,
+            iface_("Swatches under {light}, as adapted to it: a perfect white is white").format(light=light),
+            "NONE",
         )
     if swatch is None:
         return

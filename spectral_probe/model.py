@@ -5,16 +5,19 @@ Axis letters: H, W image; C = 3 camera channels; L wavelengths; K basis weights;
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any, Literal
 
 from .light_settings import CalibrationSettings, RegionLight
 from .light_settings import Region as Region  # noqa: PLC0414  (part of the capture: imported from here)
+
+if TYPE_CHECKING:  # Blender imports this module at its start, and would wait for numpy
+    import numpy as np
+    import numpy.typing as npt
+
+    from .work import Work
 
 type FloatArray = npt.NDArray[np.floating[Any]]
 type IntArray = npt.NDArray[np.integer[Any]]
@@ -23,10 +26,14 @@ type BoolArray = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a long job has come: `fraction` in 0..1 and what it is doing now."""
+    """How far a long job has come: `fraction` in 0..1 and what it is doing now.
+
+    `work` is what has to be done before the job goes on, where that is not the job's own next step (`work.Work`).
+    """
 
     fraction: float
     message: str
+    work: Work[Any] | None = None
 
 
 type Job[Result] = Generator[Progress, None, Result]
@@ -67,7 +74,7 @@ def part[Result](job: Job[Result], start: float, end: float) -> Job[Result]:
                 progress = next(job)
             except StopIteration as stop:
                 return stop.value  # type: ignore[no-any-return]  # StopIteration carries its value untyped
-            yield Progress(start + (end - start) * progress.fraction, progress.message)
+            yield replace(progress, fraction=start + (end - start) * progress.fraction)
     finally:
         job.close()
 
@@ -249,6 +256,15 @@ class Outline:
     error_px: tuple[float, float] = (0.0, 0.0)
 
 
+def _zeros(*shape: int, kind: type = float) -> Callable[[], Any]:
+    def make() -> Any:
+        import numpy as np
+
+        return np.zeros(shape, kind)
+
+    return make
+
+
 @dataclass(frozen=True)
 class BallFit:
     """The ball in the camera's frame: centre M (3,) in metres, radius r, half angle xi of the outline's cone.
@@ -263,14 +279,16 @@ class BallFit:
     radius_m: float
     cone_angle_rad: float
     rms_rad: float
-    covariance_rad2: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
-    points_px: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
-    residuals_px: FloatArray = field(default_factory=lambda: np.zeros(0))
-    used: BoolArray = field(default_factory=lambda: np.zeros(0, bool))
+    covariance_rad2: FloatArray = field(default_factory=_zeros(3, 3))
+    points_px: FloatArray = field(default_factory=_zeros(0, 2))
+    residuals_px: FloatArray = field(default_factory=_zeros(0))
+    used: BoolArray = field(default_factory=_zeros(0, kind=bool))
 
     @property
     def distance_m(self) -> float:
         """Distance from the camera's centre of projection to the ball's centre, in metres."""
+        import numpy as np
+
         return float(np.linalg.norm(self.centre_m))
 
     @property
@@ -279,9 +297,12 @@ class BallFit:
 
         Examples
         --------
+        >>> import numpy as np
         >>> BallFit(np.array([0.0, 0.0, 1.0]), 0.1, np.arcsin(0.1), 0.0).axis_tangents.tolist()
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
         """
+        import numpy as np
+
         axis = self.centre_m / self.distance_m
         right = np.cross([0.0, 1.0, 0.0], axis)
         right /= np.linalg.norm(right)

@@ -1,6 +1,8 @@
 """Finished steps of a spectral render put together into its files, for every view layer."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -11,13 +13,15 @@ import numpy as np
 from ...spectral_probe.composite_model import BACKPLATE_NAME, OBJECTS_NAME
 from ...spectral_probe.files.atomic import UNFINISHED
 from ...spectral_probe.files.objects_exr import write_objects
+from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.assemble import assemble
 from ...spectral_probe.render.outputs import OutputSettings, bands_wanted, write_outputs, write_rgb_twin
 from ...spectral_probe.render.pass_folder import PassFolder, read_pass
 from ...spectral_probe.render_model import WORLD, PassImage, PassPlan, RenderStep
 from ...spectral_probe.spectra.working_space import working_space
+from ...spectral_probe.work import worked
 from .catchers import Surfaces
-from .denoise import denoised, wants_denoising
+from .denoise import denoising, wants_denoising
 from .object_coverage import coverage_in
 from .render_report import REPORT_NAME
 from .translation import working_to_rec709
@@ -38,48 +42,60 @@ def remove_pictures(directory: Path, view_layers: Sequence[str]) -> None:
 
 
 def write_pictures(
+    progress: Progress,
     scene: bpy.types.Scene,
     folder: PassFolder,
     plan: PassPlan,
     steps: Sequence[RenderStep],
     settings: OutputSettings,
     directory: Path,
-) -> None:
+) -> Job[None]:
     """Put the steps of every view layer together and write the files of `render.outputs`.
 
     Those of the first view layer have their plain names; those of others the layer's name after an underscore.
     """
     space = working_space(working_to_rec709())
     for number, suffix in enumerate(layer_suffixes(folder.view_layers)):
-        assembled = assemble(plan, steps, _reader(folder, number), bands_nm=bands_wanted(plan, settings))
+        bands_nm = bands_wanted(plan, settings)
+        assembled = yield from worked(
+            progress, partial(assemble, plan, steps, _reader(folder, number), bands_nm=bands_nm)
+        )
         smooth = None
         if wants_denoising(scene, settings.denoise):
-            smooth = denoised(assembled.xyz, assembled.guide)
+            denoise = replace(progress, message="Denoising")
+            smooth = yield from denoising(denoise, assembled.xyz, assembled.guide)
         with TemporaryDirectory(prefix=UNFINISHED, dir=directory) as temporary:
-            files = write_outputs(
-                Path(temporary), plan, assembled, settings, space=space, denoised_xyz=smooth
+            write = partial(
+                write_outputs, Path(temporary), plan, assembled, settings, space=space, denoised_xyz=smooth
             )
+            files = yield from worked(progress, write)
             for path in files.values():
                 path.replace(directory / f"{path.stem}{suffix}{path.suffix}")
 
 
-def write_twin(folder: PassFolder, level: float, settings: OutputSettings, directory: Path) -> None:
+def write_twin(
+    progress: Progress, folder: PassFolder, level: float, settings: OutputSettings, directory: Path
+) -> Job[None]:
     """Write rgb.exr of every view layer in the unit of image.exr; the twin was rendered at the level of its light."""
     to_rec709 = working_to_rec709()
     space = working_space(to_rec709)
-    for number, suffix in enumerate(layer_suffixes(folder.view_layers)):
+
+    def write(number: int, path: Path) -> None:
         image = read_pass(folder.path(TWIN_STEP), number)
         rgb = image.groups[WORLD] @ to_rec709.T.astype(np.float32) * level
-        write_rgb_twin(directory / f"rgb{suffix}.exr", rgb, image.alpha, settings, space)
+        write_rgb_twin(path, rgb, image.alpha, settings, space)
+
+    for number, suffix in enumerate(layer_suffixes(folder.view_layers)):
+        yield from worked(progress, partial(write, number, directory / f"rgb{suffix}.exr"))
 
 
 def write_objects_of(
-    folder: PassFolder, steps: Sequence[RenderStep], found: Surfaces, directory: Path
-) -> None:
+    progress: Progress, folder: PassFolder, steps: Sequence[RenderStep], found: Surfaces, directory: Path
+) -> Job[None]:
     """Write objects.exr of every view layer, which pixels show which object, by the steps that know."""
     files = [(folder.path(step.name), step.samples) for step in steps]
     for number, suffix in enumerate(layer_suffixes(folder.view_layers)):
-        coverage = coverage_in(files, number, found)
+        coverage = yield from worked(progress, partial(coverage_in, files, number, *found.names))
         write_objects(directory / f"{Path(OBJECTS_NAME).stem}{suffix}.exr", coverage)
 
 

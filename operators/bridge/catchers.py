@@ -31,6 +31,11 @@ class Surfaces:
     virtual: tuple[bpy.types.Object, ...]
     warnings: tuple[str, ...]
 
+    @property
+    def names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names of the catchers, and of the virtual objects."""
+        return tuple(one.name for one in self.catchers), tuple(one.name for one in self.virtual)
+
 
 def surfaces(scene: bpy.types.Scene) -> Surfaces:
     """Sort the objects that renders of a scene show at its frame.

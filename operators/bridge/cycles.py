@@ -5,9 +5,10 @@ the scene, the light and the settings are those it began with (`fingerprint`).
 """
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +17,17 @@ import numpy as np
 
 from ...spectral_probe.composite_model import OBJECTS_NAME
 from ...spectral_probe.errors import RenderError
-from ...spectral_probe.model import Job, SpectralPanorama
+from ...spectral_probe.model import Job, Progress, SpectralPanorama, finish
 from ...spectral_probe.render.outputs import OutputSettings
 from ...spectral_probe.render.pace import Pace, step_message
 from ...spectral_probe.render.pass_folder import matte_steps, read_pass, render_steps, sequence_samples
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
 from ...spectral_probe.render_model import WORLD, PassPlan, RenderStep
+from ...spectral_probe.work import worked
 from .assembling import TWIN_STEP, write_objects_of, write_pictures, write_twin
 from .backplate import write_backplate
 from .catchers import Surfaces, as_ordinary_surfaces, surfaces
-from .light import LayerLight, WavelengthLight, light_level, panorama_rec709, shown
+from .light import LayerLight, Show, WavelengthLight, light_level, panorama_rec709, shown
 from .materials import SpectralMaterials, rgb_materials, spectral_materials, working_to_rec709
 from .missing_files import check_textures
 from .own_world import OwnWorld, own_world_light
@@ -38,6 +40,8 @@ from .resuming import PLAN_NAME, OnChange, render_fingerprint
 from .world import temporary_light, volume_left_out
 
 type Array = np.ndarray[Any, Any]
+_PLANNING = "Planning the passes"
+
 type Light = LayerLight | WavelengthLight
 
 
@@ -151,23 +155,29 @@ def spectral_render(
             *found.warnings,
         ]
         task = _Task(scene, probe, parts, found, samples, settings, render_to, Pace(1), warnings)
-        yield task.pace.progress("Planning the passes")
+        yield task.pace.progress(_PLANNING)
         plan, light = yield from _spectral_passes(task, plan, planner, rgb_twin)
         if rgb_twin:
             yield from _rgb_twins(task, outputs)
-    yield task.pace.progress("Putting the passes together")
-    return _written(task, plan, light, outputs, rgb_twin)
+    return (yield from _written(task, plan, light, outputs, rgb_twin))
 
 
 def planned(scene: bpy.types.Scene, planner: Planner) -> PassPlan:
-    """The plan that `spectral_render` makes with a planner for a scene, which comes back as it was."""
+    """The plan that `spectral_render` makes with a planner for a scene, at once."""
+    return finish(making_plan(scene, planner))
+
+
+def making_plan(scene: bpy.types.Scene, planner: Planner) -> Job[PassPlan]:
+    """Make the plan that `spectral_render` makes with a planner for a scene, which comes back as it was."""
     check_scene(scene, planner.samples, own_world=planner.probe is None)
     if planner.given is not None:
         return planner.given
     if planner.request.passes == "all":
         return reference_plan()
-    with _translated(scene, planner.probe, True, light_level(planner.probe)) as (materials, world):
-        return planner.plan(materials, world)
+    progress = Progress(0.3, _PLANNING)
+    level = yield from worked(progress, partial(light_level, planner.probe))
+    with _translated(scene, planner.probe, True, level) as (materials, world):
+        return (yield from worked(progress, partial(planner.plan, materials, world)))
 
 
 def check_scene(scene: bpy.types.Scene, samples: int, *, own_world: bool = False) -> None:
@@ -211,14 +221,18 @@ def _spectral_passes(
     task: _Task, plan: PassPlan | None, planner: Planner, rgb_twin: bool
 ) -> Job[tuple[PassPlan, Light]]:
     """Plan, and render all steps that are not finished."""
-    kept, level = bool(task.parts[0].folder.finished), light_level(task.probe)
+    progress = task.pace.progress(_PLANNING)
+    kept = bool(task.parts[0].folder.finished)
+    level = yield from worked(progress, partial(light_level, task.probe))
     wavelength = plan.kind == "wavelength" if plan else planner.request.passes == "all"
     light: Light
     if not wavelength:
         with _translated(task.scene, task.probe, True, level) as (materials, world):
-            plan = plan or planner.plan(materials, world)
+            if plan is None:
+                plan = yield from worked(progress, partial(planner.plan, materials, world))
             if plan.kind == "light-basis":
-                light = LayerLight(planner.sets(materials, world), materials.emission, world)
+                sets = yield from worked(progress, partial(planner.sets, materials, world))
+                light = LayerLight(sets, materials.emission, world)
                 plan = light.checked(plan)
                 task.warnings.extend(world.warnings if world else ())
                 yield from _render_steps(task, plan, light, materials, rgb_twin)
@@ -261,23 +275,24 @@ def _render_part(
     part: Part,
     steps: Sequence[RenderStep],
     materials: SpectralMaterials,
-    show: Callable[[PassPlan, int], None],
+    show: Show,
 ) -> Job[None]:
     """Render the steps of a part that are not finished yet."""
     groups = [WORLD, *(group.name for group in plan.emission)]
     for number, step in enumerate(steps):
         if step.name in part.kept:
             continue
-        yield task.pace.progress(step_message(plan, steps, number, task.samples) + part.told)
+        progress = task.pace.progress(step_message(plan, steps, number, task.samples) + part.told)
+        yield progress
         start = time.perf_counter()
         first_set = plan.light_sets[step.pass_number] == 0
-        show(plan, step.pass_number)
+        yield from show(progress, plan, step.pass_number)
         materials.shine(first_set)
         materials.set_wavelengths(plan.wavelengths_nm[step.pass_number])
         task.settings.set_samples(sequence_samples(plan, task.samples, step), step.first_sample, step.samples)
         mattes = part is task.parts[0] and step in matte_steps(plan, steps)
         wanted = groups if first_set else [WORLD]
-        task.render_to(part.folder.path(step.name), wanted, step.guide, mattes=mattes)
+        yield from task.render_to(progress, part.folder.path(step.name), wanted, step.guide, mattes=mattes)
         seconds = time.perf_counter() - start
         part.folder.record(step.name, seconds, step.samples)
         task.pace.add(step.samples, seconds)
@@ -290,13 +305,15 @@ def _beyond(plan: PassPlan) -> list[str]:
 
 def _rgb_twins(task: _Task, outputs: OutputSettings) -> Job[None]:
     """Render the RGB twin of every part with the same samples, and write its rgb.exr in the unit of image.exr."""
-    level = 1.0
-    world = None if task.probe is None else panorama_rec709(task.probe)
+    level, progress = 1.0, task.pace.progress("Rendering in RGB")
+    world = None
+    if task.probe is not None:
+        world = yield from worked(progress, partial(panorama_rec709, task.probe))
     if world is not None and not task.emitters:  # lamps shine as the user set them
         level = float(world.mean())
     missing = [part for part in task.parts if not part.folder.holds(TWIN_STEP)]
     if missing:
-        yield task.pace.progress("Rendering in RGB")
+        yield progress
         with rgb_materials(task.scene), ExitStack() as stack:
             start = time.perf_counter()
             if world is not None:
@@ -304,17 +321,18 @@ def _rgb_twins(task: _Task, outputs: OutputSettings) -> Job[None]:
                 set_light(world @ np.linalg.inv(working_to_rec709()).T / level)
             for part in missing:
                 if part is not missing[0]:
-                    yield task.pace.progress(f"Rendering in RGB{part.told}")
+                    progress = task.pace.progress(f"Rendering in RGB{part.told}")
+                    yield progress
                     start = time.perf_counter()
                 with part.shown():
                     task.settings.set_samples(task.samples, 0, task.samples)
                     # In the working space and at the level of the passes.
-                    task.render_to(part.folder.path(TWIN_STEP), [WORLD], False)
+                    yield from task.render_to(progress, part.folder.path(TWIN_STEP), [WORLD], False)
                 seconds = time.perf_counter() - start
                 part.folder.record(TWIN_STEP, seconds, task.samples)
                 task.pace.add(task.samples, seconds)
     for part in task.parts:
-        write_twin(part.folder, level, outputs, part.directory)
+        yield from write_twin(progress, part.folder, level, outputs, part.directory)
 
 
 # ---------------------------------------------------------------- results
@@ -322,18 +340,22 @@ def _rgb_twins(task: _Task, outputs: OutputSettings) -> Job[None]:
 
 def _written(
     task: _Task, plan: PassPlan, light: Light, outputs: OutputSettings, rgb_twin: bool
-) -> SpectralRender:
+) -> Job[SpectralRender]:
     """Write the files of all parts, that of all objects last, and its report as the last of all."""
+    progress = task.pace.progress("Putting the passes together")
+    yield progress
     steps = render_steps(plan, task.samples)
     alone: SpectralRender | None = None
     for part in reversed(task.parts):
         whole = part is task.parts[0]
         finished = replace(outputs, denoise=outputs.denoise if whole else False)  # no one looks at the other
         start = time.perf_counter()
-        write_pictures(task.scene, part.folder, plan, steps, finished, part.directory)
-        height, width = read_pass(part.folder.path(steps[0].name)).groups[WORLD].shape[:2]
+        yield from write_pictures(progress, task.scene, part.folder, plan, steps, finished, part.directory)
+        first = yield from worked(progress, partial(read_pass, part.folder.path(steps[0].name)))
+        height, width = first.groups[WORLD].shape[:2]
         if whole:
-            write_objects_of(part.folder, matte_steps(plan, steps), task.surfaces, part.directory)
+            mattes = matte_steps(plan, steps)
+            yield from write_objects_of(progress, part.folder, mattes, task.surfaces, part.directory)
             write_backplate(task.scene, (width, height), part.directory)
         result = _result(task, part, plan, light, rgb_twin, time.perf_counter() - start)
         if whole:

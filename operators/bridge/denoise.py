@@ -10,6 +10,8 @@ denoised for itself. That costs a denoising for each pass and loses 0.5 % of the
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -19,6 +21,9 @@ import numpy as np
 
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.files.image_exr import read_rgb
+from ...spectral_probe.model import Job, Progress, finish
+from ...spectral_probe.work import worked
+from .render_job import BlenderRender
 from .restore import remove
 
 type Array = np.ndarray[Any, Any]
@@ -30,10 +35,17 @@ def wants_denoising(scene: bpy.types.Scene, chosen: bool | None) -> bool:
 
 
 def denoised(image: Array, guide: Array | None = None) -> Array:
+    """An image without its noise, at once; see `denoising`."""
+    return finish(denoising(Progress(0.0, "Denoising"), image, guide))
+
+
+def denoising(progress: Progress, image: Array, guide: Array | None = None) -> Job[Array]:
     """An image without its noise.
 
     Parameters
     ----------
+    progress
+        What is told meanwhile.
     image
         (H, W, 3) tristimulus values.
     guide
@@ -67,13 +79,15 @@ def denoised(image: Array, guide: Array | None = None) -> Array:
         output.directory, output.file_name = folder.replace("{", "{{").replace("}", "}}"), "denoised"
         output.file_output_items.new("RGBA", "Image")
         tree.links.new(denoise.outputs["Image"], output.inputs[0])
-        bpy.ops.render.render(scene=scene.name)
+        render = BlenderRender(scene)
+        yield replace(progress, work=render)
+        render.result()
         written = list(Path(folder).glob("denoised*.exr"))
         if len(written) != 1:
             raise RenderError(
                 "Blender's compositor did not denoise the image. Switch denoising off, and look at its console."
             )
-        return read_rgb(written[0])
+        return (yield from worked(progress, partial(read_rgb, written[0])))
 
 
 @contextmanager

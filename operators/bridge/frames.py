@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -74,6 +75,6 @@ def _named[Result](job: Job[Result], frame: int) -> Job[Result]:
             except StopIteration as stop:
                 result: Result = stop.value
                 return result
-            yield Progress(progress.fraction, f"Frame {frame}: {progress.message}")
+            yield replace(progress, message=f"Frame {frame}: {progress.message}")
     finally:
         job.close()

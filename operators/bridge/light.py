@@ -3,22 +3,24 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ...spectral_probe.errors import RenderError
-from ...spectral_probe.model import SpectralPanorama
+from ...spectral_probe.model import Job, Progress, SpectralPanorama
 from ...spectral_probe.render_model import EmissionGroup, LightSet, PassPlan
 from ...spectral_probe.spectra.colorimetry import spectra_to_xyz, xyz_to_rec709
 from ...spectral_probe.spectra.emission import radiance_of_unit_luminance
 from ...spectral_probe.spectra.grid import resample
+from ...spectral_probe.work import worked
 from .own_world import OwnWorld
 from .world import temporary_light
 
 type Array = np.ndarray[Any, Any]
-type Show = Callable[[PassPlan, int], None]
+type Show = Callable[[Progress, PassPlan, int], Job[None]]
 
 
 class LayerLight:
@@ -116,17 +118,22 @@ class WavelengthLight:
 
 @contextmanager
 def shown(scene: bpy.types.Scene, light: LayerLight | WavelengthLight) -> Iterator[Show]:
-    """Light the scene while the block runs; yields the function that sets the light to a pass of a plan."""
+    """Light the scene while the block runs; yields the job that sets the light to a pass of a plan."""
     world = light.world
     if world is not None:
-        yield lambda plan, number: world.set_wavelengths(plan.wavelengths_nm[number])
+
+        def set_world(_progress: Progress, plan: PassPlan, number: int) -> Job[None]:
+            world.set_wavelengths(plan.wavelengths_nm[number])
+            yield from ()
+
+        yield set_world
         return
     with temporary_light(scene, *light.size) as set_pixels:
         lit: list[int] = []
 
-        def show(plan: PassPlan, number: int) -> None:
+        def show(progress: Progress, plan: PassPlan, number: int) -> Job[None]:
             if lit != [light.key(plan, number)]:
-                set_pixels(light.pixels(plan, number))
+                set_pixels((yield from worked(progress, partial(light.pixels, plan, number))))
                 lit[:] = [light.key(plan, number)]
 
         yield show

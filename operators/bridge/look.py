@@ -147,6 +147,6 @@ def _given(
     roughness = next(
         (node.inputs["Roughness"].default_value for node in nodes if "Roughness" in node.inputs), 0.5
     )
-    material.metallic = float(material.spectral_probe.kind == "METAL")
+    material.metallic = 0.0  # the solid viewport has nothing for a metal to mirror
     material.roughness = float(roughness)
     return tuple(dict.fromkeys(left))

@@ -16,8 +16,9 @@ import numpy as np
 from ...spectral_probe.composite_model import ObjectCoverage
 from ...spectral_probe.files.cryptomatte import object_shares
 from ...spectral_probe.files.image_exr import read_channels
+from ...spectral_probe.model import Progress, finish
 from ...spectral_probe.render.pass_folder import ALPHA
-from .catchers import Surfaces, as_ordinary_surfaces, surfaces
+from .catchers import as_ordinary_surfaces, surfaces
 from .pass_output import pass_output
 from .pass_settings import pass_settings
 from .restore import changed
@@ -50,11 +51,13 @@ def object_coverage(scene: bpy.types.Scene, samples: int | None = None) -> Objec
         count = samples or scene.cycles.samples
         settings.set_samples(count, 0, count)
         stack.enter_context(_without_light(scene))
-        render_to(path, [], False, mattes=True)
-        return coverage_in([(path, count)], 0, found)
+        finish(render_to(Progress(0.0, "Rendering"), path, [], False, mattes=True))
+        return coverage_in([(path, count)], 0, *found.names)
 
 
-def coverage_in(files: Sequence[tuple[Path, int]], view_layer: int, found: Surfaces) -> ObjectCoverage:
+def coverage_in(
+    files: Sequence[tuple[Path, int]], view_layer: int, catchers: Sequence[str], virtual: Sequence[str]
+) -> ObjectCoverage:
     """What renders with cryptomattes say of a view layer.
 
     Parameters
@@ -63,8 +66,8 @@ def coverage_in(files: Sequence[tuple[Path, int]], view_layer: int, found: Surfa
         The renders, each with its number of samples.
     view_layer
         The view layer's number among those rendered.
-    found
-        What the scene showed.
+    catchers, virtual
+        Names of the objects that the scene showed, as `Surfaces.names`.
 
     Returns
     -------
@@ -72,7 +75,7 @@ def coverage_in(files: Sequence[tuple[Path, int]], view_layer: int, found: Surfa
         With a transparent film, `coverage` is all that hides the background but the ground: smoke too, which no cryptomatte
         shows, and what is behind it counts as much as it is seen.
     """
-    names = [thing.name for thing in (*found.catchers, *found.virtual)]
+    names = [*catchers, *virtual]
     planes: dict[str, Array] = {}
     total = sum(samples for _, samples in files)
     for path, samples in files:
@@ -86,11 +89,11 @@ def coverage_in(files: Sequence[tuple[Path, int]], view_layer: int, found: Surfa
             part = np.float32(samples / total) * np.asarray(plane, np.float32)
             planes[name] = planes[name] + part if name in planes else part
     alpha = np.clip(planes[_ALL], 0.0, 1.0)
-    ground = sum((planes[thing.name] for thing in found.catchers), start=np.zeros_like(alpha))
+    ground = sum((planes[name] for name in catchers), start=np.zeros_like(alpha))
     ground = np.clip(ground, 0.0, alpha)
     coverage = alpha - ground
     coverage[coverage < _LEAST_SHARE] = 0.0
-    objects = {thing.name: np.clip(planes[thing.name], 0.0, 1.0) for thing in found.virtual}
+    objects = {name: np.clip(planes[name], 0.0, 1.0) for name in virtual}
     return ObjectCoverage(objects, coverage, ground)
 
 

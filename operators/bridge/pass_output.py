@@ -8,6 +8,8 @@ The scene's own compositor tree and sequencer are bypassed meanwhile.
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -17,8 +19,11 @@ from ...spectral_probe.errors import FileFormatError, RenderError
 from ...spectral_probe.files.atomic import written_whole
 from ...spectral_probe.files.cryptomatte import OBJECT_LEVEL
 from ...spectral_probe.files.image_exr import read_channels
+from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.pass_folder import ALPHA, GUIDE_ALBEDO, GUIDE_INDEX, GUIDE_NORMAL
 from ...spectral_probe.render_model import WORLD
+from ...spectral_probe.work import worked
+from .render_job import BlenderRender
 from .restore import changed, remove
 
 _GUIDES = {
@@ -37,9 +42,14 @@ _MATTES = {
 
 
 class RenderTo(Protocol):
-    """Renders to a file: its path, the light groups to keep, whether feature passes and whether mattes are wanted."""
+    """Renders to a file: its path, the light groups to keep, whether feature passes and whether mattes are wanted.
 
-    def __call__(self, path: Path, groups: Sequence[str], guide: bool, *, mattes: bool = False) -> None:
+    A job; `progress` is what it tells.
+    """
+
+    def __call__(
+        self, progress: Progress, path: Path, groups: Sequence[str], guide: bool, *, mattes: bool = False
+    ) -> Job[None]:
         """Render."""
 
 
@@ -47,9 +57,9 @@ class RenderTo(Protocol):
 def pass_output(scene: bpy.types.Scene, layers: Sequence[bpy.types.ViewLayer]) -> Iterator[RenderTo]:
     """Send the scene's renders of some view layers to EXR files while the block runs.
 
-    Yields the function that renders to a file: its path, the names of the light groups to keep (`WORLD` alone is all light
-    together), and whether feature passes, and cryptomattes of objects, are wanted, too. Channels are named as
-    `render.pass_folder` says. A file is written whole or not at all.
+    Yields the function that renders to a file, a job: what is told meanwhile, the file's path, the names of the light groups to
+    keep (`WORLD` alone is all light together), and whether feature passes, and cryptomattes of objects, are wanted, too. Channels
+    are named as `render.pass_folder` says. A file is written whole or not at all.
     """
     with ExitStack() as stack:
         tree = bpy.data.node_groups.new("Spectral Probe Pass", "CompositorNodeTree")
@@ -70,7 +80,9 @@ def pass_output(scene: bpy.types.Scene, layers: Sequence[bpy.types.ViewLayer]) -
         sources = [_source(tree, scene, layer) for layer in layers]
         had_result = bpy.data.images.get("Render Result") is not None
 
-        def render_to(path: Path, groups: Sequence[str], guide: bool, *, mattes: bool = False) -> None:
+        def render_to(
+            progress: Progress, path: Path, groups: Sequence[str], guide: bool, *, mattes: bool = False
+        ) -> Job[None]:
             with ExitStack() as passes, written_whole(path) as temporary:
                 for layer in layers if guide else ():
                     passes.enter_context(changed(layer, use_pass_object_index=True))
@@ -84,8 +96,10 @@ def pass_output(scene: bpy.types.Scene, layers: Sequence[bpy.types.ViewLayer]) -
                 # Braces are templates in Blender's output paths; doubled they stand for themselves.
                 output.directory = str(temporary.parent).replace("{", "{{").replace("}", "}}")
                 output.file_name = "render"
-                bpy.ops.render.render(scene=scene.name)
-                _take(temporary, path)
+                render = BlenderRender(scene)
+                yield replace(progress, work=render)
+                render.result()
+                yield from worked(progress, partial(_take, temporary, path))
 
         try:
             yield render_to

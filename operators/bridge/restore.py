@@ -1,7 +1,7 @@
 """Changing Blender data for a while, and putting it back exactly."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import bpy
@@ -9,12 +9,22 @@ import bpy
 from ...spectral_probe.errors import RenderError
 
 
+def is_gone(datablock: bpy.types.ID | None) -> bool:
+    """Whether a datablock was removed from the file since this reference to it was made."""
+    try:
+        return datablock is not None and not datablock.name
+    except ReferenceError:
+        return True
+
+
 @contextmanager
 def changed(owner: bpy.types.bpy_struct, **values: Any) -> Iterator[None]:
     """Set properties of a Blender structure while the block runs, in the order given.
 
-    They come back in the same order: what a format allows depends on the properties before.
+    They come back in the same order: what a format allows depends on the properties before. What the user has removed
+    meanwhile needs nothing put back.
     """
+    home = owner.id_data  # parts of a datablock do not tell that it was removed
     before = {name: getattr(owner, name) for name in values}
     group = isinstance(owner, bpy.types.PropertyGroup)
     unset = [name for name in values if group and not owner.is_property_set(name)]
@@ -23,10 +33,12 @@ def changed(owner: bpy.types.bpy_struct, **values: Any) -> Iterator[None]:
             setattr(owner, name, value)
         yield
     finally:
-        for name, value in before.items():
-            setattr(owner, name, value)
-        for name in unset:  # an add-on's property that was never set is so again
-            owner.property_unset(name)
+        if not is_gone(home):
+            for name, value in before.items():
+                with suppress(ReferenceError):  # a value that was removed cannot come back
+                    setattr(owner, name, value)
+            for name in unset:  # an add-on's property that was never set is so again
+                owner.property_unset(name)
 
 
 @contextmanager
@@ -39,13 +51,15 @@ def stand_in(original: bpy.types.ID, replacement: bpy.types.ID) -> Iterator[None
     try:
         yield
     finally:
-        replacement.user_remap(original)
+        if not is_gone(original) and not is_gone(replacement):
+            replacement.user_remap(original)
         remove(replacement)
 
 
 def remove(datablock: bpy.types.ID) -> None:
-    """Remove a temporary datablock."""
-    bpy.data.batch_remove([datablock])
+    """Remove a temporary datablock, unless the user has."""
+    if not is_gone(datablock):
+        bpy.data.batch_remove([datablock])
 
 
 def refuse_linked(scene: bpy.types.Scene, datablocks: list[Any], kind: str) -> None:

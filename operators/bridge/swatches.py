@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import bpy
-import numpy as np
 
 if TYPE_CHECKING:
     from ...spectral_probe.spectra.swatches import Swatch
@@ -72,6 +71,7 @@ class SwatchShelf:
     def _draw(cls, swatch: Swatch) -> None:
         """Fill the entry's icon; one that is there already changes its colour."""
         import bpy.utils.previews
+        import numpy as np
 
         if cls._icons is None:
             cls._icons = bpy.utils.previews.new()

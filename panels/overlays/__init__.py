@@ -4,6 +4,7 @@ import bpy
 
 from .ball import BallOverlay
 from .ball_handles import SPECTRAL_PROBE_GGT_outline, SPECTRAL_PROBE_GT_handle
+from .panorama import PanoramaOverlay
 
 _CLASSES = (SPECTRAL_PROBE_GT_handle, SPECTRAL_PROBE_GGT_outline)
 
@@ -13,10 +14,12 @@ def register() -> None:
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     BallOverlay.add()
+    PanoramaOverlay.add()
 
 
 def unregister() -> None:
     """Take them away."""
+    PanoramaOverlay.remove()
     BallOverlay.remove()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

@@ -15,7 +15,7 @@ _FOLDERS_A_STEP = 200
 
 
 def find_files(folder: Path, wanted: Iterable[str]) -> Job[dict[str, Path]]:
-    """Look for files by name in a folder and below it.
+    r"""Look for files by name in a folder and below it.
 
     Of several files of one name it is the one whose folders are called most like those it had, then the one that lies
     highest. Links to folders are not followed.
@@ -48,9 +48,9 @@ def find_files(folder: Path, wanted: Iterable[str]) -> Job[dict[str, Path]]:
     >>> folder = Path(tempfile.mkdtemp())
     >>> (folder / "shots").mkdir()
     >>> (folder / "shots" / "v0.dng").touch()
-    >>> found = finish(find_files(folder, [r"D:\\gym\\shots\\v0.dng", "/gym/v1.dng"]))
-    >>> {old: new.relative_to(folder).as_posix() for old, new in found.items()}
-    {'D:\\\\gym\\\\shots\\\\v0.dng': 'shots/v0.dng'}
+    >>> found = finish(find_files(folder, ["D:\\gym\\shots\\v0.dng", "/gym/v1.dng"]))
+    >>> [new.relative_to(folder).as_posix() for new in found.values()]
+    ['shots/v0.dng']
     """
     folder = Path(folder)
     if not folder.is_dir():

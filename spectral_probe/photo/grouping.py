@@ -40,6 +40,9 @@ _SHORTEST_PAUSE_S = 6.0
 _PAUSE_COUNT = 3
 """Missing numbers in the camera's count, where there are no dates: more than so many times the usual step, and than so many."""
 
+_MOST_EXPOSURES = 60
+"""In a bracket: a bound on the search."""
+
 _SAME_SIZE = 0.05
 """Relative difference of sides cut by hand."""
 
@@ -189,19 +192,22 @@ def _split(shots: Sequence[PhotoRecord]) -> list[list[PhotoRecord]]:
     """The fewest brackets without an exposure that comes again; of several ways, the one that cuts at the longest pauses.
 
     Shortest path over the places to cut: `best[end]` holds the number of brackets of the first `end` photographs, the negated
-    sum of the pauses at their cuts, and where the last one begins.
+    sum of the pauses at their cuts (a row that clearly begins anew counts as the longest), and where the last one begins.
     """
     values = [_ev(shot) for shot in shots]
     pauses, limit = _pauses(shots)
     best: list[tuple[int, float, int]] = [(0, 0.0, 0)]
     for end in range(1, len(shots) + 1):
         ways = []
-        for start in range(end - 1, -1, -1):
-            if any(abs(values[start] - value) < SAME_EXPOSURE_EV for value in values[start + 1 : end]):
+        for start in range(end - 1, max(-1, end - 1 - _MOST_EXPOSURES), -1):
+            inside = values[start:end]
+            if any(abs(inside[0] - value) < SAME_EXPOSURE_EV for value in inside[1:]):
                 break
-            brackets, paused, _ = best[start]
-            ways.append((brackets + 1, paused - (min(pauses[start], limit) if start else 0.0), start))
-            if pauses[start] > limit or _begins_anew(values[: start + 1]):
+            if not any(_begins_anew(inside[: count + 1]) for count in range(3, len(inside))):
+                brackets, paused, before = best[start]
+                clear = _begins_anew(values[before : start + 1])
+                ways.append((brackets + 1, paused - (limit if clear else min(pauses[start], limit)), start))
+            if pauses[start] > limit:
                 break
         best.append(min(ways, key=lambda way: (way[0], way[1], -way[2])))
     found: list[list[PhotoRecord]] = []
@@ -249,7 +255,7 @@ def _pauses(shots: Sequence[PhotoRecord]) -> tuple[list[float], float]:
     if len(numbers) == len(shots):
         pauses = [float(abs(later - number) - 1) for number, later in itertools.pairwise(numbers)]
         return [0.0, *pauses], _PAUSE_COUNT * max(median(pauses or [0.0]), 1.0)
-    return [0.0] * len(shots), math.inf
+    return [0.0] * len(shots), 1.0
 
 
 def _ev(shot: PhotoRecord) -> float:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+LIBRARY_CAMERAS = ("Nikon 5100 (NPL)", "Sigma SDMerill (NPL)", "Canon EOS 5D Mark II")
+"""Cameras of the library, known here without loading colour-science; a test compares."""
+
 _OTHER_NAMES = {"nikond5100": "nikon5100npl", "sigmasd1merrill": "sigmasdmerillnpl"}
 """Cameras that colour-science calls otherwise than their makers do."""
 

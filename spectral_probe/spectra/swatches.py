@@ -37,7 +37,7 @@ _OPAQUE_K = 0.05
 _CLEAR_K = 5e-6
 """Largest extinction coefficient of clear glass: a millimetre of it absorbs less than a tenth."""
 
-_PAGES_A_STEP = 100
+_PAGES_A_STEP = 400
 
 _DARK_CONE = 0.02
 """Below this share of a white's luminance a light does not excite a kind of cone enough to say anything by it."""

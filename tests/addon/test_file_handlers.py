@@ -1,6 +1,5 @@
 """Our paths follow a file that is saved elsewhere, and what is appended or linked; no handler stays behind."""
 
-import os
 from pathlib import Path
 
 import bpy
@@ -57,7 +56,7 @@ def test_saved_elsewhere_they_point_to_the_same(project):
     assert settings.views[0].photos[1].path == "//photos/lost.dng"
     assert settings.render_directory == "//spectral_probe/render/"  # nothing is there: a render will make it
     bpy.ops.wm.open_mainfile(filepath=str(project / "b" / "deep" / "scene.blend"))
-    assert all(os.path.exists(bpy.path.abspath(path)) for path in paths_of(bpy.context.scene))
+    assert all(Path(bpy.path.abspath(path)).exists() for path in paths_of(bpy.context.scene))
 
 
 def test_a_copy_saved_elsewhere_changes_nothing_here(project):
@@ -65,7 +64,7 @@ def test_a_copy_saved_elsewhere_changes_nothing_here(project):
     bpy.ops.wm.save_as_mainfile(filepath=str(project / "b" / "copy.blend"), copy=True)
     assert paths_of(bpy.context.scene) == before
     bpy.ops.wm.open_mainfile(filepath=str(project / "b" / "copy.blend"))
-    assert all(os.path.exists(bpy.path.abspath(path)) for path in paths_of(bpy.context.scene))
+    assert all(Path(bpy.path.abspath(path)).exists() for path in paths_of(bpy.context.scene))
 
 
 def test_saved_in_its_place_nothing_changes(project):
@@ -85,7 +84,7 @@ def test_appended_they_point_to_the_same(project, saved):
     appended = next(scene for scene in bpy.data.scenes if scene != own)
     paths = paths_of(appended)
     assert all(path.startswith("//../a/" if saved else str(project)) for path in paths)
-    assert all(os.path.exists(bpy.path.abspath(path)) for path in paths)
+    assert all(Path(bpy.path.abspath(path)).exists() for path in paths)
 
 
 @pytest.mark.parametrize("again", [False, True])

@@ -92,7 +92,8 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
 @pytest.mark.parametrize(
     ("name", "verbs"),
     [
-        ("capture", ["import_capture", "save_capture", "add_view", "remove_view"]),
+        ("capture", ["import_photographs", "save_capture", "add_view", "remove_view"]),
+        ("photographs", ["add_photos", "remove_photo"]),
         ("camera", ["calibrate"]),
         ("lamps", ["add_own_light", "remove_own_light"]),
         ("region_lights", ["add_region_light", "remove_region_light", "seed_from_view"]),

@@ -103,7 +103,6 @@ def test_a_metal_looks_like_itself(material, choose, in_extension):
     assert node.inputs["Base Color"].default_value[:3] == pytest.approx(facing)
     assert node.inputs["Specular Tint"].default_value[:3] == pytest.approx(tint)
     assert (material.spectral_probe.kind, material.spectral_probe.metal) == ("METAL", "Au")
-    assert material.metallic == 1.0
     assert material.diffuse_color[:3] == pytest.approx(facing)
 
 

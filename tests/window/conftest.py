@@ -28,7 +28,7 @@ import shlex
 import shutil
 import signal
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,8 +39,8 @@ collect_ignore = ["driver.py", "scenarios"]  # they run in Blender
 
 HERE = Path(__file__).resolve().parent
 EXTENSION_FOLDER = Path("extensions", "user_default", "spectral_probe")
-PRODUCT_FOLDERS = ("operators", "panels", "spectral_probe", "sample_scenes", "assets")
-LIMIT_S = 240
+PRODUCT_FOLDERS = ("operators", "panels", "spectral_probe", "sample_scenes", "assets", "presets")
+LIMIT_S = 295
 SIGNS_OF_A_DEFECT = ("Traceback (most recent call last)", "Python script error in", "Segmentation fault")
 
 
@@ -74,7 +74,7 @@ def profile(
     project_root: Path,
     tmp_path_factory: pytest.TempPathFactory,
     request: pytest.FixtureRequest,
-) -> Path:
+) -> Iterator[Path]:
     """A user folder of Blender with the extension in it, installed from the zip into a clean one."""
     folder = tmp_path_factory.mktemp("profile") / "resources"
     ready = os.environ.get("SPECTRAL_PROBE_WINDOW_PROFILE", "")
@@ -84,7 +84,8 @@ def profile(
     else:
         folder.mkdir()
         run(window_command, "install", folder, project_root, [request.getfixturevalue("extension_zip")])
-    return folder
+    yield folder
+    shutil.rmtree(folder)  # half a gigabyte, which pytest would keep for three sessions
 
 
 @pytest.fixture
@@ -94,7 +95,10 @@ def scenario(window_command: list[str], profile: Path, project_root: Path, tmp_p
     def play(name: str, *words: object) -> Outcome:
         own = tmp_path / f"resources_{name}"
         linked_copy(profile, own)
-        return run(window_command, name, own, project_root, list(words))
+        try:
+            return run(window_command, name, own, project_root, list(words))
+        finally:
+            shutil.rmtree(own)
 
     return play
 
@@ -106,7 +110,10 @@ def clean_scenario(window_command: list[str], project_root: Path, tmp_path: Path
     def play(name: str, *words: object) -> Outcome:
         own = tmp_path / f"clean_{name}"
         own.mkdir()
-        return run(window_command, name, own, project_root, list(words))
+        try:
+            return run(window_command, name, own, project_root, list(words))
+        finally:
+            shutil.rmtree(own)
 
     return play
 
@@ -118,7 +125,7 @@ def run(command: list[str], name: str, resources: Path, project_root: Path, word
     folder.mkdir(parents=True)
     script = [HERE / "driver.py", HERE / "scenarios" / f"{name}.py", folder, *words]
     environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources)}
-    environment.setdefault("DISPLAY_SIZE", "1600x1000")
+    environment.setdefault("DISPLAY_SIZE", "1280x800")
     with (folder / "log.txt").open("w", encoding="utf-8") as log:
         process = subprocess.Popen(
             [*command, *map(str, script)],
