@@ -92,12 +92,12 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_light_swatches,
         SPECTRAL_PROBE_MT_add_metal,
         SPECTRAL_PROBE_PT_torrance_sparrow,
+        SPECTRAL_PROBE_PT_image_ball,
+        SPECTRAL_PROBE_PT_image_overlay,
         SPECTRAL_PROBE_PT_panorama,
         SPECTRAL_PROBE_PT_pick,
         SPECTRAL_PROBE_PT_region,
         SPECTRAL_PROBE_PT_other_regions,
-        SPECTRAL_PROBE_PT_image_ball,
-        SPECTRAL_PROBE_PT_image_overlay,
     )
 )
 
