@@ -7,15 +7,15 @@ tools that meet this file as the parent of `spectral_probe` (the plain core) nev
 
 def register() -> None:
     """Make the settings, operators and panels known to Blender."""
-    from . import operators, panels, preferences, properties
+    from . import file_handlers, file_properties, operators, panels, preferences, properties
 
-    for part in (preferences, properties, operators, panels):
+    for part in (preferences, properties, file_properties, operators, panels, file_handlers):
         part.register()
 
 
 def unregister() -> None:
     """Take everything back, last first."""
-    from . import operators, panels, preferences, properties
+    from . import file_handlers, file_properties, operators, panels, preferences, properties
 
-    for part in (panels, operators, properties, preferences):
+    for part in (file_handlers, panels, operators, file_properties, properties, preferences):
         part.unregister()

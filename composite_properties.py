@@ -52,7 +52,12 @@ class SPECTRAL_PROBE_PG_composite(bpy.types.PropertyGroup):
             ("difference", "Difference", "What the objects change on the ground, grey where nothing"),
         ),
     )
-    directory: StringProperty(name="Folder", description="Folder of the last composite", subtype="DIR_PATH")
+    directory: StringProperty(
+        name="Folder",
+        description="Folder of the last composite",
+        subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )
     changed_fraction: FloatProperty(
         name="Changed", description="Share of the photograph's pixels that were changed", subtype="FACTOR"
     )

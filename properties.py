@@ -16,7 +16,15 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compare_properties, region_properties, swap_properties
+from . import (
+    compare_properties,
+    outline_properties,
+    packed_properties,
+    panorama_properties,
+    region_properties,
+    swap_properties,
+    swatch_properties,
+)
 from .backplate_properties import SPECTRAL_PROBE_PG_backplate
 from .capture_properties import FAMILIES, GROUPS, SPECTRAL_PROBE_PG_known_light, filter_file
 from .capture_properties import file_path as _file
@@ -50,6 +58,12 @@ class SPECTRAL_PROBE_PG_photo(bpy.types.PropertyGroup):
     )
     f_number: FloatProperty(
         name="F-Number", description="Aperture. 0: read it from the photograph's EXIF", min=0.0, precision=1
+    )
+    shift_px: FloatVectorProperty(
+        name="Shift",
+        description="Where the ball lies from where it is in the first photograph of the view, in pixels",
+        size=2,
+        precision=2,
     )
 
 
@@ -86,8 +100,15 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
         name="Outline",
         description="Where the ball's outline in the photographs comes from",
         items=(
-            ("AUTOMATIC", "Automatic", "Find the ball in the photographs"),
-            ("GIVEN", "Given", "Use the circle below, in pixels of the first photograph"),
+            ("AUTOMATIC", "Automatic", "Find the ball in the photographs", "NONE", 0),
+            ("SNAP", "Near", "Find the ball's rim near the circle below", "NONE", 2),
+            (
+                "GIVEN",
+                "Given",
+                "Use the circle or ellipse below, in pixels of the first photograph",
+                "NONE",
+                1,
+            ),
         ),
     )
     outline_px: FloatVectorProperty(
@@ -96,6 +117,17 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
         size=3,
         min=0.0,
         precision=1,
+    )
+    outline_minor_px: FloatProperty(
+        name="Second Axis",
+        description="Second semi-axis of an ellipse, in pixels; the radius is then its first. 0: a circle",
+        min=0.0,
+        precision=1,
+    )
+    outline_angle: FloatProperty(
+        name="Angle",
+        description="Direction of the first semi-axis, clockwise from the horizontal",
+        subtype="ANGLE",
     )
     has_ball_at: BoolProperty(
         name="Choose Ball", description="Where more than one ball is in the picture: take the one at a point"
@@ -118,6 +150,7 @@ class SPECTRAL_PROBE_PG_view(bpy.types.PropertyGroup):
     found_rms_px: FloatProperty(
         name="RMS", description="How far the edge points lie from the ellipse, in pixels", precision=3
     )
+    shown: PointerProperty(type=outline_properties.SPECTRAL_PROBE_PG_shown_view)
     has_probe: BoolProperty(name="In Probe", description="This view is part of the probe last built")
     probe_azimuth: FloatProperty(
         name="Refined Bearing", description="Bearing that the probe was built with", subtype="ANGLE"
@@ -197,6 +230,11 @@ class SPECTRAL_PROBE_PG_camera(bpy.types.PropertyGroup):
 class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     """Everything a scene knows about its probe, in the order of the pipeline."""
 
+    version: IntProperty(
+        name="Version",
+        description="Version of these settings, by which later ones know what to make of them",
+        options={"HIDDEN"},
+    )
     capture_path: _file("Capture", "Capture file (TOML) that these settings were read from or saved to")
     camera: PointerProperty(type=SPECTRAL_PROBE_PG_camera)
     ball_radius: FloatProperty(
@@ -246,6 +284,8 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         default=True,
     )
 
+    overlay: PointerProperty(type=outline_properties.SPECTRAL_PROBE_PG_overlay)
+
     composition: EnumProperty(
         name="Composition",
         description="How several views become one panorama",
@@ -272,6 +312,7 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
         "Folder", "Where the files of the probe are written", "//spectral_probe/probe/"
     )
     probe: PointerProperty(type=SPECTRAL_PROBE_PG_probe)
+    packed: PointerProperty(type=packed_properties.SPECTRAL_PROBE_PG_packed)
     spectrum: PointerProperty(type=SPECTRAL_PROBE_PG_spectrum)
     region: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_region)
     edits: PointerProperty(type=region_properties.SPECTRAL_PROBE_PG_edits)
@@ -354,15 +395,18 @@ class SPECTRAL_PROBE_PG_scene(bpy.types.PropertyGroup):
     compare: PointerProperty(type=compare_properties.SPECTRAL_PROBE_PG_compare)
     comparison: PointerProperty(type=SPECTRAL_PROBE_PG_comparison)
     backplate: PointerProperty(type=SPECTRAL_PROBE_PG_backplate)
+    swatches: PointerProperty(type=swatch_properties.SPECTRAL_PROBE_PG_swatch_light)
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
     (
         *GROUPS,
+        *outline_properties.CLASSES,
         SPECTRAL_PROBE_PG_photo,
         SPECTRAL_PROBE_PG_view,
         SPECTRAL_PROBE_PG_camera,
         SPECTRAL_PROBE_PG_probe,
+        *packed_properties.CLASSES,
         SPECTRAL_PROBE_PG_output,
         SPECTRAL_PROBE_PG_render,
         SPECTRAL_PROBE_PG_composite,
@@ -372,6 +416,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         *swap_properties.CLASSES,
         SPECTRAL_PROBE_PG_backplate,
         *compare_properties.CLASSES,
+        *swatch_properties.CLASSES,
         SPECTRAL_PROBE_PG_scene,
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_light,
@@ -391,10 +436,14 @@ def register() -> None:
     bpy.types.WindowManager.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
     )
+    swatch_properties.register()
+    panorama_properties.register()
 
 
 def unregister() -> None:
     """Detach them."""
+    panorama_properties.unregister()
+    swatch_properties.unregister()
     del bpy.types.WindowManager.spectral_probe
     del bpy.types.Light.spectral_probe
     del bpy.types.Material.spectral_probe

@@ -120,7 +120,10 @@ class SPECTRAL_PROBE_PG_edits(bpy.types.PropertyGroup):
     items: CollectionProperty(type=SPECTRAL_PROBE_PG_edit, name="Glasses and Lamps")
     active_edit: IntProperty(name="Active Edit", min=0)
     probe_directory: StringProperty(
-        name="Probe", description="Folder of the probe that these edits belong to", subtype="DIR_PATH"
+        name="Probe",
+        description="Folder of the probe that these edits belong to",
+        subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
     state: StringProperty(
         name="State",

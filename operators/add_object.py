@@ -20,6 +20,7 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
             ("GOLD_PEDESTAL", "Gold Pedestal", "A pedestal of gold, to stand the balls on"),
             ("SILVER_BALL", "Silver Ball", "A small ball of silver"),
             ("COPPER_BALL", "Copper Ball", "A large ball of copper"),
+            ("GROUP", "All Three", "The pedestal with the silver ball on it, and the copper ball beside it"),
         ),
     )
     size: FloatProperty(
@@ -45,15 +46,17 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
         if context.scene.spectral_probe.backplate.matched and not self.properties.is_property_set("size"):
             self.size = _size_beside_ball(context.scene)
         add = {
-            "GOLD_PEDESTAL": objects.add_gold_pedestal,
-            "SILVER_BALL": objects.add_silver_ball,
-            "COPPER_BALL": objects.add_copper_ball,
+            "GOLD_PEDESTAL": lambda *where: [objects.add_gold_pedestal(*where)],
+            "SILVER_BALL": lambda *where: [objects.add_silver_ball(*where)],
+            "COPPER_BALL": lambda *where: [objects.add_copper_ball(*where)],
+            "GROUP": lambda collection, at, size: objects.add_metals(collection, at, scale=size),
         }[self.kind]
         added = add(context.collection, context.scene.cursor.location, self.size)
         for selected in context.selected_objects:
             selected.select_set(False)
-        added.select_set(True)
-        context.view_layer.objects.active = added
+        for thing in added:
+            thing.select_set(True)
+        context.view_layer.objects.active = added[0]
         return FINISHED
 
 

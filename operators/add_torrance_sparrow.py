@@ -6,7 +6,6 @@ import bpy
 from bpy.props import FloatProperty
 
 from ..material_properties import metal_name
-from ..spectral_probe.render.beckmann import WIDEST_GAMMA_RAD
 from .base import FINISHED, OperatorResult, ReportsErrors
 
 
@@ -47,7 +46,7 @@ class SPECTRAL_PROBE_OT_add_torrance_sparrow(ReportsErrors, bpy.types.Operator):
         description="Angle of a facet to the surface at which the lobe has half its height",
         default=math.radians(8.0),
         min=math.radians(0.1),
-        max=WIDEST_GAMMA_RAD,
+        max=math.pi / 4,  # beckmann.WIDEST_GAMMA_RAD, which would bring numpy to Blender's start
         subtype="ANGLE",
         unit="ROTATION",
     )

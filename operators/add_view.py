@@ -7,6 +7,7 @@ from bpy.props import CollectionProperty, StringProperty
 
 from ..spectral_probe.errors import CaptureError
 from .base import FINISHED, OperatorResult, ReportsErrors
+from .photograph_views import place_views
 from .polls import has_views
 from .settings import add_photos
 
@@ -36,6 +37,7 @@ class SPECTRAL_PROBE_OT_add_view(ReportsErrors, bpy.types.Operator):
         settings = context.scene.spectral_probe
         add_photos(settings.views.add(), paths)
         settings.active_view = len(settings.views) - 1
+        place_views(settings, range(settings.active_view, len(settings.views)))
         return FINISHED
 
 

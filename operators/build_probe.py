@@ -9,7 +9,7 @@ import bpy
 
 from ..spectral_probe.model import Capture, Job, part
 from .job import JobOperator
-from .polls import has_views
+from .polls import has_photographs
 from .results import keep_probe
 from .settings import capture_from, folder_of
 
@@ -39,7 +39,7 @@ class SPECTRAL_PROBE_OT_build_probe(JobOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be photographs."""
-        return has_views(cls, context)
+        return has_photographs(cls, context)
 
     def job(self, context: bpy.types.Context) -> Job[Probe]:
         """Read the settings and start."""

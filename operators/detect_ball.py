@@ -5,50 +5,50 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
-from ..spectral_probe.model import Job, Outline, Progress, ViewSettings
+from ..spectral_probe.model import Capture, Job, Progress
 from .job import JobOperator
-from .pictures import show
-from .polls import has_views
+from .pictures import show_image
+from .polls import has_photographs
 from .settings import capture_from
+from .view_outline import Development, ViewOutline, develop, keep_outline, outline_in
 
 
 @dataclass(frozen=True)
 class FoundOutline:
-    """The outline in the view of this number (from 0), and a picture of it."""
+    """The outline in the view of this number (from 0), and a picture of one of its photographs."""
 
     view: int
-    outline: Outline
-    picture: Path
-    warnings: tuple[str, ...] = ()
+    found: ViewOutline
+    development: Development
 
 
 def find_outlines(
-    views: dict[int, ViewSettings], directory: Path, *, half_size: bool = False
+    capture: Capture, numbers: list[int], directory: Path, exposure_ev: float = 0.0
 ) -> Job[list[FoundOutline]]:
-    """Detect the outline in each view, or take the circle given, and draw it into `directory`."""
-    from ..spectral_probe.figures.display import write_png
-    from ..spectral_probe.figures.outline import outline_picture
-    from ..spectral_probe.geometry.outline import check_in_frame, find_ball, outline_from_circle
+    """Find the outline in each of the views, or take the one given, and develop a photograph into `directory`."""
     from ..spectral_probe.photo.read import read_photograph
 
-    found = []
-    for done, (number, view) in enumerate(views.items()):
-        yield Progress(done / len(views), f"View {number + 1}: reading {len(view.photos)} photographs")
-        photographs = [read_photograph(path, half_size=half_size) for path in view.photos]
-        yield Progress((done + 0.6) / len(views), f"View {number + 1}: finding the ball")
-        warnings: tuple[str, ...] = ()
-        if view.outline is None:
-            ball = find_ball(photographs, ball_at=view.ball_at)
-            outline, warnings = ball.outlines[0], ball.warnings
-        else:
-            outline = outline_from_circle(*view.outline)
-            height, width = photographs[0].pixels.shape[:2]
-            check_in_frame(outline, (width, height), given=True)
-        picture = directory / f"outline_{number + 1}.png"
-        write_png(picture, outline_picture(photographs[len(photographs) // 2], outline))
-        found.append(FoundOutline(number, outline, picture, warnings))
-    return found
+    results = []
+    for done, number in enumerate(numbers):
+        view = capture.views[number]
+        yield Progress(
+            done / len(numbers),
+            rpt_("View {view}: reading {photos} photographs").format(
+                view=number + 1, photos=len(view.photos)
+            ),
+        )
+        photographs = [read_photograph(path, half_size=capture.camera.half_size) for path in view.photos]
+        yield Progress(
+            (done + 0.6) / len(numbers), rpt_("View {view}: finding the ball").format(view=number + 1)
+        )
+        found = outline_in(photographs, view, capture)
+        photo = len(photographs) // 2
+        name = f"view_{number + 1}_{photo + 1}"
+        picture, size_px = develop(photographs[photo], found.outline, directory, name, exposure_ev)
+        results.append(FoundOutline(number, found, Development(picture, size_px, photo)))
+    return results
 
 
 class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
@@ -62,35 +62,37 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be photographs."""
-        return has_views(cls, context)
+        return has_photographs(cls, context)
 
     def job(self, context: bpy.types.Context) -> Job[list[FoundOutline]]:
         """Look in every view, or in the active one."""
         settings = context.scene.spectral_probe
-        views = dict(enumerate(capture_from(settings).views))
+        capture = capture_from(settings)
+        numbers = [settings.active_view]
         if settings.all_views:  # through a filter the ball is where it is without
-            views = {number: view for number, view in views.items() if view.filter is None} or views
-        else:
-            views = {settings.active_view: views[settings.active_view]}
+            everything = list(range(len(capture.views)))
+            numbers = [number for number in everything if capture.views[number].filter is None] or everything
         directory = Path(mkdtemp(prefix="outlines_", dir=bpy.app.tempdir))
-        return find_outlines(views, directory, half_size=settings.camera.half_size)
+        return find_outlines(capture, numbers, directory, settings.overlay.exposure_ev)
 
     def done(self, context: bpy.types.Context, result: list[FoundOutline]) -> None:
         """Keep the outlines in the views; show that of the active view."""
+        from .bridge.photograph_image import keep_picture
+
         settings = context.scene.spectral_probe
-        for found in result:
-            view, outline = settings.views[found.view], found.outline
-            view.has_outline = True
-            view.found_centre_px = outline.centre_px
-            view.found_semi_axes_px = outline.semi_axes_px
-            view.found_angle = outline.angle_rad
-            view.found_rms_px = outline.rms_px
-            if view.outline_source == "AUTOMATIC":  # a start for whoever wants to correct it by hand
-                view.outline_px = (*outline.centre_px, sum(outline.semi_axes_px) / 2)
-        shown = next((found for found in result if found.view == settings.active_view), result[0])
-        show(shown.picture, f"Outline {shown.view + 1}")
-        worst_px = max(found.outline.rms_px for found in result)
-        self.report({"INFO"}, f"Ball found in {len(result)} view(s), RMS at most {worst_px:.2f} px")
-        for found in result:
-            for warning in found.warnings:
+        for one in result:
+            view, picture = settings.views[one.view], one.development
+            keep_outline(view, one.found)
+            keep_picture(view, picture.picture, picture.size_px, picture.photo)
+        shown = next((one for one in result if one.view == settings.active_view), result[0])
+        show_image(settings.views[shown.view].shown.picture)
+        worst_px = max(one.found.outline.rms_px for one in result)
+        self.report(
+            {"INFO"},
+            rpt_("Ball found in {views} view(s), RMS at most {rms:.2f} px").format(
+                views=len(result), rms=worst_px
+            ),
+        )
+        for one in result:
+            for warning in one.found.warnings:
                 self.report({"WARNING"}, warning)

@@ -37,20 +37,6 @@ class SPECTRAL_PROBE_OT_import_capture(ReportsErrors, bpy.types.Operator):
         return FINISHED
 
 
-class SPECTRAL_PROBE_FH_capture(bpy.types.FileHandler):
-    """A capture file may be dropped on a 3D viewport."""
-
-    bl_idname = "SPECTRAL_PROBE_FH_capture"
-    bl_label = "Spectral Probe capture"
-    bl_import_operator = "spectral_probe.import_capture"
-    bl_file_extensions = ".toml"
-
-    @classmethod
-    def poll_drop(cls, context: bpy.types.Context) -> bool:
-        """Only where the panels are."""
-        return context.area is not None and context.area.type == "VIEW_3D"
-
-
 def describe(capture: Capture) -> str:
     """The number of views and photographs, in words."""
     views, photos = len(capture.views), sum(len(view.photos) for view in capture.views)

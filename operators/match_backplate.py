@@ -12,6 +12,7 @@ from ..spectral_probe.errors import RenderError
 from ..spectral_probe.model import Exposure, Job
 from .job import JobOperator
 from .polls import has_probe
+from .settings import built_folder
 from .typed import decimal, path_of
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def ground_radius_m(settings: bpy.types.PropertyGroup) -> float | None:
 
 def probe_as_built(settings: bpy.types.PropertyGroup) -> Path:
     """The folder of the probe without glasses and lamps put in: the plate was taken in its light."""
-    return Path(bpy.path.abspath(settings.probe_directory))
+    return built_folder(settings)
 
 
 class SPECTRAL_PROBE_OT_match_backplate(JobOperator, bpy.types.Operator):

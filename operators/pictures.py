@@ -35,6 +35,11 @@ def show_render(path: Path) -> bpy.types.Image:
     return image
 
 
+def show_image(image: bpy.types.Image) -> None:
+    """Show an image in an open image editor if there is one, else in a new window; nothing in background."""
+    _show_soon(image)
+
+
 def _show_soon(image: bpy.types.Image) -> None:
     if not bpy.app.background:
         # Once, when the operator has ended: Blender does not expect a window to open within a modal operator.

@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
+from .missing import still_missing
 from .settings import probe_folder
+from .typed import path_of
 
 type OperatorClass = type[bpy.types.Operator]
 
@@ -17,6 +20,23 @@ def has_views(operator: OperatorClass, context: bpy.types.Context) -> bool:
         return True
     operator.poll_message_set("Import a capture or add a view first")
     return False
+
+
+def has_photographs(operator: OperatorClass, context: bpy.types.Context) -> bool:
+    """The scene has a view, and none of its photographs was missing when the file was opened and still is."""
+    if not has_views(operator, context):
+        return False
+    gone = set(still_missing(context))
+    photos = (
+        [photo.path for view in context.scene.spectral_probe.views for photo in view.photos] if gone else []
+    )
+    count = sum(str(path_of(path)) in gone for path in photos)
+    if count:
+        text = rpt_(
+            "Photographs are missing: {count}. Find them with File > External Data > Find Spectral Probe Files"
+        )
+        operator.poll_message_set(text.format(count=count))
+    return not count
 
 
 def has_light(operator: OperatorClass, context: bpy.types.Context) -> bool:
@@ -32,8 +52,12 @@ def has_probe(
     """A probe was built, or its folder chosen."""
     settings = context.scene.spectral_probe
     directory = str(probe_folder(settings)) if settings.probe_directory else ""
-    if settings.probe_directory and probe_folder(settings).parent.name == "edits":
+    if settings.packed.files:
+        message = "The files of the probe are gone. Unpack it: the .blend holds a copy"
+    elif settings.probe_directory and probe_folder(settings).parent.name == "edits":
         message = "The files of the edited light are gone. Build the probe again, or choose its folder"
+    elif settings.probe.width_px and settings.probe_directory:
+        message = "The files of the probe are gone. Find them (File > External Data), choose its folder, or build it again"
     return _has_file(operator, directory, "probe.exr", message)
 
 

@@ -13,7 +13,7 @@ from ..spectral_probe.model import Job, Region
 from .job import JobOperator
 from .polls import has_probe, has_region
 from .results import keep_edits
-from .settings import probe_folder
+from .settings import built_folder, probe_folder
 from .typed import corners_of
 
 if TYPE_CHECKING:
@@ -70,22 +70,32 @@ class EditsLight(JobOperator):
 
     def job(self, context: bpy.types.Context) -> Job[EditedLight]:
         """Read the settings and start."""
-        from ..spectral_probe.editing import edit_light
-
         settings = context.scene.spectral_probe
-        return edit_light(
-            probe_folder(settings), Path(bpy.path.abspath(settings.probe_directory)), self.edit(context)
-        )
+        return _edited(probe_folder(settings), built_folder(settings), self.edit(context))
 
     def done(self, context: bpy.types.Context, result: Any) -> None:
         """Keep the list of edits, and light the world with the new state."""
+        from .bridge.panorama_image import follow_picture
         from .bridge.world import follow_light
 
         settings = context.scene.spectral_probe
+        base = built_folder(settings)
         keep_edits(settings, result)
-        base = Path(bpy.path.abspath(settings.probe_directory))
         follow_light(context.scene, base, result.directory / "world.exr")
+        follow_picture(settings)
         self.report({"INFO"}, _said(len(result.edits)))
+
+
+def _edited(
+    directory: Path, base: Path, edit: Callable[[SpectralPanorama], SpectralPanorama]
+) -> Job[EditedLight]:
+    """Edit the light, and keep it in memory for the panorama's tools."""
+    from ..spectral_probe.editing import edit_light
+    from .bridge.opened_probe import MEMORY
+
+    light = yield from edit_light(directory, base, edit)
+    MEMORY.keep(light.directory / "probe.exr", light.panorama)
+    return light
 
 
 def _said(count: int) -> str:

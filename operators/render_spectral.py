@@ -16,8 +16,9 @@ from .base import FINISHED, OperatorResult
 from .job import JobOperator
 from .pictures import show_render
 from .polls import has_light, uses_cycles
+from .render_folder import render_folder
 from .results import keep_render
-from .settings import folder_of, probe_folder
+from .settings import probe_folder
 from .swap_light import keep_lights
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class RendersSpectrally(JobOperator):
         from .bridge.resuming import unfinished, unfinished_changes
 
         settings = context.scene.spectral_probe
-        folder = self.first_folder(context, folder_of(settings.render_directory, "render"))
+        folder = self.first_folder(context, render_folder(context.scene))
         if unfinished(folder) is not None:
             self._changed = unfinished_changes(context.scene, planner_from(settings)(), folder)
         if not self._changed:
@@ -122,9 +123,9 @@ class SPECTRAL_PROBE_OT_render_spectral(RendersSpectrally, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> Job[SpectralRender]:
         """Read the settings and start."""
-        settings = context.scene.spectral_probe
-        directory = folder_of(settings.render_directory, "render")
-        return render_scene(context.scene, planner_from(settings), directory, self.words(context))
+        directory = render_folder(context.scene, replace=self.on_change == "RESTART")
+        planner = planner_from(context.scene.spectral_probe)
+        return render_scene(context.scene, planner, directory, self.words(context))
 
     def done(self, context: bpy.types.Context, result: SpectralRender) -> None:
         """Keep the report's numbers in the scene."""
@@ -139,9 +140,9 @@ class SPECTRAL_PROBE_OT_render_animation(RendersSpectrally, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> Job[tuple[SpectralRender, ...]]:
         """Read the settings and start."""
-        settings = context.scene.spectral_probe
-        directory, frames = folder_of(settings.render_directory, "render"), frames_of(context.scene)
-        return _render_frames(context.scene, planner_from(settings), directory, frames, self.words(context))
+        directory = render_folder(context.scene, replace=self.on_change == "RESTART")
+        planner, frames = planner_from(context.scene.spectral_probe), frames_of(context.scene)
+        return _render_frames(context.scene, planner, directory, frames, self.words(context))
 
     def first_folder(self, context: bpy.types.Context, folder: Path) -> Path:
         """The frame shown now: of the others only the render itself can tell."""

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from .settings import built_folder
+
 if TYPE_CHECKING:
     from ..spectral_probe.editing import EditedLight
     from ..spectral_probe.render_model import PassPlan
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 def keep_probe(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> None:
     """Keep the numbers of a probe's report (report.json); a new probe has no edits."""
     settings.property_unset("edits")
+    settings.packed.outdated = bool(settings.packed.files)
     kept = settings.probe
     kept.directory = settings.probe_directory
     kept.width_px, kept.height_px = report["width"], report["width"] // 2
@@ -31,6 +34,14 @@ def keep_probe(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]) -> 
         view.clipped_fraction = row["clipped_fraction"]
 
 
+def kept_path(written: str | Path, directory: str) -> str:
+    """A path within a folder of the settings, relative to the .blend where the folder is; any other as it is."""
+    folder = Path(bpy.path.abspath(directory))
+    if not directory.startswith("//") or not Path(written).is_relative_to(folder):
+        return str(written)
+    return f"{directory.rstrip('/')}/{Path(written).relative_to(folder).as_posix()}"
+
+
 def keep_edits(settings: bpy.types.PropertyGroup, light: EditedLight) -> None:
     """Keep the list of a probe's edits, and which folder holds its light now."""
     kept = settings.edits
@@ -39,9 +50,10 @@ def keep_edits(settings: bpy.types.PropertyGroup, light: EditedLight) -> None:
         item = kept.items.add()
         item.name, item.kind, item.region = number["name"], number["kind"], number["region"]
         item.solid_angle_sr = number["solid_angle_sr"]
+    settings.packed.outdated = bool(settings.packed.files)
     kept.active_edit = max(0, len(kept.items) - 1)
     kept.probe_directory = settings.probe_directory
-    as_built = light.directory == Path(bpy.path.abspath(settings.probe_directory))
+    as_built = light.directory == built_folder(settings)
     kept.state = "" if as_built else light.directory.name
 
 
@@ -73,7 +85,7 @@ def keep_comparison(settings: bpy.types.PropertyGroup, report: Mapping[str, Any]
     """Keep the numbers of a comparison (compare.json), over the whole image and by object."""
     kept, image = settings.comparison, report["image"]
     differences = image["blurred"] or image["raw"]
-    kept.directory = report["written"]
+    kept.directory = kept_path(report["written"], settings.render_directory)
     kept.mean_de2000 = differences["mean"]
     kept.p95_de2000 = differences["p95"]
     kept.max_de2000 = differences["max"]

@@ -6,7 +6,8 @@ import bpy
 from bpy.props import EnumProperty
 from mathutils import Euler, Quaternion, Vector
 
-from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
+from .base import FINISHED, OperatorResult, ReportsErrors
+from .direction_target import TARGETS, put_direction
 
 
 class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
@@ -18,21 +19,17 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
     target: EnumProperty(
         name="For",
         description="What the direction is for",
-        items=(
-            ("EDIT", "Glass and Lamps", "The region that a glass or another lamp is put into"),
-            ("SPECTRUM", "Plots", "The direction whose spectrum is shown"),
-            ("LIGHT", "Lamps by Region", "The active region with a light of its own"),
-            ("CALIBRATION", "Calibration", "The known light in the ball"),
-        ),
+        items=TARGETS,
+        default="EDIT",
         options={"SKIP_SAVE"},
     )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be a 3D viewport."""
-        if context.region_data is not None:
+        if _viewport(context) is not None:
             return True
-        cls.poll_message_set("Use this in the sidebar of a 3D viewport")
+        cls.poll_message_set("Open a 3D viewport in this window, and look at the window or lamp in it")
         return False
 
     def run(self, context: bpy.types.Context) -> OperatorResult:
@@ -40,23 +37,19 @@ class SPECTRAL_PROBE_OT_seed_from_view(ReportsErrors, bpy.types.Operator):
         from .bridge.world import placement
 
         turn, _ = placement(context.scene.world)
-        azimuth, elevation = bearing_of_view(context.region_data.view_rotation, turn)
-        settings = context.scene.spectral_probe
-        known = settings.known_light
-        if self.target == "EDIT":
-            settings.region.azimuth, settings.region.elevation = azimuth, elevation
-            settings.region.kind = "SEED"
-        elif self.target == "SPECTRUM":
-            settings.spectrum.azimuth, settings.spectrum.elevation = azimuth, elevation
-        elif self.target == "CALIBRATION":
-            known.calibration.bearing, known.calibration.elevation = azimuth, elevation
-        elif known.active_region < len(known.regions):
-            region = known.regions[known.active_region]
-            region.place, region.bearing, region.elevation = "SEED", azimuth, elevation
-        else:
-            self.report({"ERROR"}, "There is no region yet. Add one in Lamps by Region first.")
-            return CANCELLED
+        azimuth, elevation = bearing_of_view(_viewport(context).view_rotation, turn)
+        put_direction(context.scene.spectral_probe, self.target, azimuth, elevation)
         return FINISHED
+
+
+def _viewport(context: bpy.types.Context) -> bpy.types.RegionView3D | None:
+    """The viewport that the button is beside, else the largest of its window; None where there is none."""
+    if context.region_data is not None:
+        return context.region_data
+    areas = context.screen.areas if context.screen is not None else ()
+    viewports = [area for area in areas if area.type == "VIEW_3D"]
+    largest = max(viewports, key=lambda area: area.width * area.height, default=None)
+    return largest.spaces.active.region_3d if largest is not None else None
 
 
 def bearing_of_view(view: Quaternion, turn: tuple[float, float, float]) -> tuple[float, float]:

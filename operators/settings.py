@@ -11,8 +11,9 @@ import bpy
 
 from ..preferences import library_folder
 from ..spectral_probe.errors import CaptureError
-from ..spectral_probe.files.spectrum_file import is_spectrum_file
 from ..spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
+from .bridge import packed_probe
+from .bridge.packed_probe import EDITS, PROBE
 from .settings_light import (
     calibration_from,
     families_from,
@@ -40,11 +41,25 @@ def folder_of(text: str, name: str) -> Path:
     return Path(bpy.path.abspath(text))
 
 
+def built_folder(settings: bpy.types.PropertyGroup) -> Path:
+    """Folder of the probe's files as it was built: its own, or that of this session where only the packed copy is there."""
+    folder = Path(bpy.path.abspath(settings.probe_directory))
+    if not (settings.packed.files and settings.probe_directory):
+        return folder
+    temporary = packed_probe.temporary_folder(settings)
+    needed = Path(EDITS, settings.edits.state, PROBE) if _is_edited(settings) else Path(PROBE)
+    return temporary if not (folder / needed).is_file() and (temporary / needed).is_file() else folder
+
+
 def probe_folder(settings: bpy.types.PropertyGroup) -> Path:
     """Folder of the probe's files that light the scene: as built, or edited where there are glasses and lamps."""
-    folder, edits = Path(bpy.path.abspath(settings.probe_directory)), settings.edits
-    edited = edits.state and edits.probe_directory == settings.probe_directory
-    return folder / "edits" / edits.state if edited else folder
+    folder = built_folder(settings)
+    return folder / EDITS / settings.edits.state if _is_edited(settings) else folder
+
+
+def _is_edited(settings: bpy.types.PropertyGroup) -> bool:
+    edits = settings.edits
+    return bool(edits.state and edits.probe_directory == settings.probe_directory)
 
 
 def capture_from(settings: bpy.types.PropertyGroup) -> Capture:
@@ -102,6 +117,8 @@ def add_photos(view: bpy.types.PropertyGroup, paths: list[Path]) -> None:
 
 def material_from(text: str) -> str | Mapping[str, float]:
     """A ball material: "Fe 0.74, Cr 0.18" as fractions of metals, a file's name as its path, anything else as a name."""
+    from ..spectral_probe.files.spectrum_file import is_spectrum_file
+
     if is_spectrum_file(text.strip()):
         return bpy.path.abspath(text.strip())
     parts = [_FRACTION.fullmatch(part) for part in text.split(",")]
@@ -134,6 +151,7 @@ def _view_from(view: bpy.types.PropertyGroup, number: int) -> ViewSettings:
         ball_at=_pair(view.ball_at_px) if view.has_ball_at else None,
         solve_exposures=view.solve_exposures,
         filter=filter_from(view.filter),
+        snap_outline=view.outline_source == "SNAP",
     )
 
 
@@ -147,7 +165,7 @@ def _all_or_none(values: list[float], what: str, number: int) -> tuple[float, ..
     return tuple(decimal(value) for value in values)
 
 
-def _given_outline(view: bpy.types.PropertyGroup, number: int) -> tuple[float, float, float] | None:
+def _given_outline(view: bpy.types.PropertyGroup, number: int) -> tuple[float, ...] | None:
     if view.outline_source == "AUTOMATIC":
         return None
     x_px, y_px, radius_px = (decimal(value) for value in view.outline_px)
@@ -155,6 +173,8 @@ def _given_outline(view: bpy.types.PropertyGroup, number: int) -> tuple[float, f
         raise CaptureError(
             f"The circle of view {number} has no radius. Give it, or set the outline to Automatic."
         )
+    if view.outline_source == "GIVEN" and view.outline_minor_px > 0:
+        return (x_px, y_px, radius_px, decimal(view.outline_minor_px), degrees(view.outline_angle))
     return (x_px, y_px, radius_px)
 
 
@@ -221,8 +241,10 @@ def _fill_view(view: bpy.types.PropertyGroup, given: ViewSettings) -> None:
     view.has_ball_at = given.ball_at is not None
     view.ball_at_px = given.ball_at or (0.0, 0.0)
     if given.outline is not None:
-        view.outline_source = "GIVEN"
-        view.outline_px = given.outline
+        view.outline_source = "SNAP" if given.snap_outline else "GIVEN"
+        view.outline_px = given.outline[:3]
+        if len(given.outline) == 5:
+            view.outline_minor_px, view.outline_angle = given.outline[3], math.radians(given.outline[4])
 
 
 def _pair(values: bpy.types.bpy_prop_array) -> tuple[float, float]:

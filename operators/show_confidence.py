@@ -8,6 +8,7 @@ from ..spectral_probe.model import Job, Progress
 from .job import JobOperator
 from .pictures import show
 from .polls import has_probe
+from .settings import probe_folder
 
 
 def confidence_picture(probe_path: Path) -> Job[Path]:
@@ -40,7 +41,7 @@ class SPECTRAL_PROBE_OT_show_confidence(JobOperator, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> Job[Path]:
         """Draw the probe's confidence anew: edits change it."""
         settings = context.scene.spectral_probe
-        return confidence_picture(Path(bpy.path.abspath(settings.probe_directory)) / "probe.exr")
+        return confidence_picture(probe_folder(settings) / "probe.exr")
 
     def done(self, _context: bpy.types.Context, result: Path) -> None:
         """Show it."""

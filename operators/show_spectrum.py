@@ -11,7 +11,7 @@ from .job import JobOperator
 from .pictures import show
 from .polls import has_probe
 from .results import keep_spectrum
-from .settings import path_of
+from .settings import path_of, probe_folder
 
 type Numbers = dict[str, Any]
 
@@ -21,7 +21,7 @@ def spectrum_job(settings: bpy.types.PropertyGroup, *, basis: bool = False) -> J
     from ..spectral_probe.spectrum_command import spectrum
 
     chosen = settings.spectrum
-    probe = Path(bpy.path.abspath(settings.probe_directory)) / "probe.exr"
+    probe = probe_folder(settings) / "probe.exr"
     # Four decimals: the settings are single precision, and file names are made of these numbers.
     at = (round(math.degrees(chosen.azimuth), 4) % 360.0, round(math.degrees(chosen.elevation), 4))
     return spectrum(probe, at, path_of(chosen.measured), None, math.degrees(chosen.radius), basis=basis)

@@ -6,7 +6,6 @@ pointed elsewhere. Progress goes to standard error and is not touched.
 
 from __future__ import annotations
 
-import ctypes
 import os
 import sys
 from collections.abc import Iterator
@@ -33,6 +32,8 @@ def blender_silenced() -> Iterator[None]:
 
 def _flush() -> None:
     """Empty Python's and the C library's buffers into wherever the descriptor points now."""
+    import ctypes
+
     sys.stdout.flush()
     library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     library.fflush(None)

@@ -1,5 +1,7 @@
 """The photograph behind the scene, and the ground in it."""
 
+from typing import ClassVar
+
 import bpy
 
 from .main import InSidebar, job_button, paragraph, results, row, settings_layout
@@ -9,6 +11,7 @@ class SPECTRAL_PROBE_PT_backplate(InSidebar, bpy.types.Panel):
     """Which photograph, and how it is matched."""
 
     bl_label = "Backplate"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the settings, the button and what matching measured."""

@@ -7,10 +7,11 @@ from typing import ClassVar
 import bpy
 
 from .known_light import draw_own_lights
-from .main import InSidebar, job_button, results, row, settings_layout
+from .main import InWorld, job_button, results, row, settings_layout
+from .preset_menus import SPECTRAL_PROBE_PT_capture_presets, SPECTRAL_PROBE_PT_lamps_presets
 
 
-class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_capture(InWorld, bpy.types.Panel):
     """The capture file, the views and their photographs."""
 
     bl_label = "Capture"
@@ -19,7 +20,7 @@ class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
         """Draw the views."""
         layout, settings = self.layout, context.scene.spectral_probe
         files = layout.row(align=True)
-        files.operator("spectral_probe.import_capture", icon="IMPORT", text="Import...")
+        files.operator("spectral_probe.import_photographs", icon="IMPORT", text="Import...")
         files.operator("spectral_probe.save_capture", icon="EXPORT", text="Save...")
         if settings.capture_path:
             name = layout.row()
@@ -34,6 +35,8 @@ class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
         buttons = list_row.column(align=True)
         buttons.operator("spectral_probe.add_view", icon="ADD", text="")
         buttons.operator("spectral_probe.remove_view", icon="REMOVE", text="")
+        buttons.separator()
+        buttons.menu("SPECTRAL_PROBE_MT_views", icon="DOWNARROW_HLT", text="")
         if settings.active_view < len(settings.views):
             view = settings.views[settings.active_view]
             angles = settings_layout(layout)
@@ -43,7 +46,7 @@ class SPECTRAL_PROBE_PT_capture(InSidebar, bpy.types.Panel):
             angles.prop(view, "refine")
 
 
-class SPECTRAL_PROBE_PT_photographs(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_photographs(InWorld, bpy.types.Panel):
     """The bracket of the active view."""
 
     bl_label = "Photographs"
@@ -61,7 +64,15 @@ class SPECTRAL_PROBE_PT_photographs(InSidebar, bpy.types.Panel):
         layout, settings = self.layout, context.scene.spectral_probe
         view = settings.views[settings.active_view]
         rows = max(2, min(4, len(view.photos)))
-        layout.template_list("SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows)
+        list_row = layout.row()
+        list_row.template_list(
+            "SPECTRAL_PROBE_UL_photos", "", view, "photos", view, "active_photo", rows=rows
+        )
+        buttons = list_row.column(align=True)
+        buttons.operator("spectral_probe.add_photos", icon="ADD", text="")
+        buttons.operator("spectral_probe.remove_photo", icon="REMOVE", text="")
+        buttons.separator()
+        buttons.menu("SPECTRAL_PROBE_MT_photos", icon="DOWNARROW_HLT", text="")
         column = settings_layout(layout)
         column.prop(view, "solve_exposures")
         column.prop(view, "filter")
@@ -74,12 +85,16 @@ class SPECTRAL_PROBE_PT_photographs(InSidebar, bpy.types.Panel):
             column.prop(photo, "f_number")
 
 
-class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_camera(InWorld, bpy.types.Panel):
     """How the camera sees colours, and its lens."""
 
     bl_label = "Camera"
     bl_parent_id = "SPECTRAL_PROBE_PT_capture"
     bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        """Draw the menu of presets."""
+        SPECTRAL_PROBE_PT_capture_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw sensitivities and lens."""
@@ -114,12 +129,16 @@ class SPECTRAL_PROBE_PT_camera(InSidebar, bpy.types.Panel):
             grid.prop(camera, "distortion", index=index, text=name)
 
 
-class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_lamps(InWorld, bpy.types.Panel):
     """Which lamp families may be present."""
 
     bl_label = "Lamps"
     bl_parent_id = "SPECTRAL_PROBE_PT_capture"
     bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        """Draw the menu of presets."""
+        SPECTRAL_PROBE_PT_lamps_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the families as a list of switches."""
@@ -131,7 +150,7 @@ class SPECTRAL_PROBE_PT_lamps(InSidebar, bpy.types.Panel):
         draw_own_lights(self.layout, settings.known_light)
 
 
-class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_ball(InWorld, bpy.types.Panel):
     """The mirrored ball and its outline in the photographs."""
 
     bl_label = "Ball"
@@ -147,7 +166,7 @@ class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
             return
         view = settings.views[settings.active_view]
         column.row().prop(view, "outline_source", expand=True)
-        if view.outline_source == "GIVEN":
+        if view.outline_source != "AUTOMATIC":
             column.prop(view, "outline_px")
         else:
             chosen = column.row(heading="Choose Ball")
@@ -158,6 +177,7 @@ class SPECTRAL_PROBE_PT_ball(InSidebar, bpy.types.Panel):
         detect = layout.row(align=True)
         job_button(detect, context, "spectral_probe.detect_ball", "VIEWZOOM")
         detect.prop(settings, "all_views", toggle=True)
+        job_button(layout, context, "spectral_probe.show_photograph", "IMAGE_DATA")
         if view.has_outline:
             _draw_outline(results(layout), view)
 

@@ -2,12 +2,12 @@
 
 import bpy
 
-from .main import InSidebar, cells, job_button, name_or_file, paragraph, results, row, settings_layout
+from .main import InRender, cells, job_button, name_or_file, paragraph, results, row, settings_layout
 
 _MOST_ROWS = 12
 
 
-class SPECTRAL_PROBE_PT_compare(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_compare(InRender, bpy.types.Panel):
     """How far RGB is from spectral."""
 
     bl_label = "Compare"

@@ -2,10 +2,10 @@
 
 import bpy
 
-from .main import InSidebar, job_button, paragraph, results, row, settings_layout
+from .main import InRender, job_button, paragraph, results, row, settings_layout
 
 
-class SPECTRAL_PROBE_PT_composite(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_composite(InRender, bpy.types.Panel):
     """The render put into its photograph."""
 
     bl_label = "Composite"

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, job_button, name_or_file, paragraph, results, row, settings_layout
+from .main import InWorld, job_button, name_or_file, paragraph, results, row, settings_layout
 
 _ICONS = {"glass": "MOD_LATTICE", "lamp": "LIGHT"}
 
@@ -31,7 +31,7 @@ class SPECTRAL_PROBE_UL_edits(bpy.types.UIList):
         details.label(text=f"{edit.solid_angle_sr:.3g} sr")
 
 
-class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_edits(InWorld, bpy.types.Panel):
     """The list of glasses and lamps, the region, and what to put there."""
 
     bl_label = "Glass and Lamps"
@@ -40,7 +40,7 @@ class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the list, then the region, then both verbs."""
         layout, settings = self.layout, context.scene.spectral_probe
-        _draw_list(layout, context, settings.edits)
+        draw_list(layout, context, settings.edits)
         region = settings.region
         layout.row().prop(region, "kind", expand=True)
         column = settings_layout(layout)
@@ -65,7 +65,8 @@ class SPECTRAL_PROBE_PT_edits(InSidebar, bpy.types.Panel):
         job_button(layout, context, "spectral_probe.replace_lamp", "LIGHT")
 
 
-def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context, edits: bpy.types.AnyType) -> None:
+def draw_list(layout: bpy.types.UILayout, context: bpy.types.Context, edits: bpy.types.AnyType) -> None:
+    """The glasses and lamps that the light has, with buttons to take them back."""
     line = layout.row()
     count = len(edits.items)
     line.template_list(

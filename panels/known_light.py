@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, settings_layout
+from .main import InWorld, settings_layout
 
 
 def draw_own_lights(layout: bpy.types.UILayout, known: bpy.types.AnyType) -> None:
@@ -25,7 +25,7 @@ def _draw_list(
     buttons.operator(f"spectral_probe.remove_{verb}", icon="REMOVE", text="")
 
 
-class SPECTRAL_PROBE_PT_region_lights(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_region_lights(InWorld, bpy.types.Panel):
     """Regions of the panorama with a light of their own."""
 
     bl_label = "Lamps by Region"
@@ -57,7 +57,7 @@ class SPECTRAL_PROBE_PT_region_lights(InSidebar, bpy.types.Panel):
         families.prop(region, "families", expand=True)
 
 
-class SPECTRAL_PROBE_PT_calibration(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_calibration(InWorld, bpy.types.Panel):
     """A light of known spectrum, which gives the camera's channels their gains."""
 
     bl_label = "Calibration"

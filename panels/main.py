@@ -1,4 +1,7 @@
-"""The sidebar tab that holds a child panel for each stage."""
+"""Where the panels are, and what they are laid out with.
+
+The light is in Properties > World, the render in Properties > Render, what needs a viewport or a picture in its sidebar.
+"""
 
 import textwrap
 from typing import ClassVar
@@ -6,7 +9,34 @@ from typing import ClassVar
 import bpy
 
 _LETTER_PX = 6.2  # mean width of a letter in Blender's default font, at a resolution scale of 1
-_MARGINS_PX = 80  # of the sidebar's width: tabs, frames and an icon
+_MARGINS_PX = 80  # of the region's width: tabs, frames and an icon
+
+
+class InWorld:
+    """Mixin: a child panel of Spectral Probe in Properties > World."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "world"
+    bl_parent_id = "SPECTRAL_PROBE_PT_light_probe"
+
+
+class InRender:
+    """Mixin: a closed child panel of Spectral Render in Properties > Render."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    bl_parent_id = "SPECTRAL_PROBE_PT_render"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+
+class InImageEditor:
+    """Mixin: a panel of the Spectral Probe tab in the Image Editor's sidebar."""
+
+    bl_space_type = "IMAGE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Spectral Probe"
 
 
 class InSidebar:
@@ -26,13 +56,13 @@ class InProperties:
     bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
 
-class SPECTRAL_PROBE_PT_main(bpy.types.Panel):
-    """The parent of the stages."""
+class SPECTRAL_PROBE_PT_light_probe(bpy.types.Panel):
+    """The parent of the stages from photographs to light."""
 
     bl_label = "Spectral Probe"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Spectral Probe"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "world"
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw nothing: the stages say it all."""
@@ -68,7 +98,7 @@ def row(column: bpy.types.UILayout, name: str, value: str) -> None:
 
 
 def paragraph(column: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str) -> None:
-    """A text too long for one line, broken to the width of the sidebar."""
+    """A text too long for one line, broken to the width of its region."""
     region_px = context.region.width if context.region is not None else 0
     scale = context.preferences.system.ui_scale or 1.0  # 0 without a window
     letters = int((region_px / scale - _MARGINS_PX) / _LETTER_PX)

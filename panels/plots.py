@@ -5,10 +5,10 @@ from typing import ClassVar
 
 import bpy
 
-from .main import InSidebar, job_button, results, row, settings_layout
+from .main import InWorld, job_button, results, row, settings_layout
 
 
-class SPECTRAL_PROBE_PT_plots(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_plots(InWorld, bpy.types.Panel):
     """Which direction is looked at, and its numbers."""
 
     bl_label = "Plots"

@@ -4,10 +4,10 @@ import math
 
 import bpy
 
-from .main import InSidebar, cells, duration, job_button, paragraph, results, row, settings_layout
+from .main import InWorld, cells, duration, job_button, paragraph, results, row, settings_layout
 
 
-class SPECTRAL_PROBE_PT_probe(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_probe(InWorld, bpy.types.Panel):
     """How the spectra are recovered, and what came out."""
 
     bl_label = "Probe"
@@ -45,10 +45,10 @@ def _draw_probe(column: bpy.types.UILayout, settings: bpy.types.AnyType) -> None
             )
 
 
-class SPECTRAL_PROBE_PT_world(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_world(InWorld, bpy.types.Panel):
     """Lighting the scene."""
 
-    bl_label = "World"
+    bl_label = "Light"
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the button and the scene's world."""

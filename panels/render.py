@@ -1,38 +1,25 @@
-"""Stages 5 and 6: objects of measured metal, and the spectral render."""
+"""Stage 5: the spectral render, in the render properties and the Render menu."""
 
 import bpy
 
-from .main import InSidebar, duration, job_button, paragraph, results, row, settings_layout
-from .material import draw_spectrum
+from ..operators.render_folder import sharing_scenes
+from .main import duration, job_button, paragraph, results, row, settings_layout
 from .output import draw_output
+from .preset_menus import SPECTRAL_PROBE_PT_render_presets
 from .swap import draw_plan
 
 
-class SPECTRAL_PROBE_PT_objects(InSidebar, bpy.types.Panel):
-    """The objects of the paper."""
-
-    bl_label = "Objects"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        """Draw a button for each object, and the active object's material."""
-        column = self.layout.column(align=True)
-        for kind, text, icon in (
-            ("GOLD_PEDESTAL", "Gold Pedestal", "MESH_CYLINDER"),
-            ("SILVER_BALL", "Silver Ball", "MESH_UVSPHERE"),
-            ("COPPER_BALL", "Copper Ball", "MESH_UVSPHERE"),
-        ):
-            column.operator("spectral_probe.add_object", text=text, icon=icon).kind = kind
-        material = context.object.active_material if context.object else None
-        if material is not None:
-            column = settings_layout(self.layout)
-            column.label(text=material.name, icon="MATERIAL")
-            draw_spectrum(column, material)
-
-
-class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_render(bpy.types.Panel):
     """The spectral render."""
 
-    bl_label = "Render"
+    bl_label = "Spectral Render"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        """Draw the menu of presets."""
+        SPECTRAL_PROBE_PT_render_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the settings, the button and what the last render took."""
@@ -49,6 +36,8 @@ class SPECTRAL_PROBE_PT_render(InSidebar, bpy.types.Panel):
             column.prop(settings, "full_samples")
         column.prop(settings, "rgb_twin")
         column.prop(settings, "render_directory")
+        if sharing_scenes(context.scene):
+            layout.operator("spectral_probe.own_render_folder", icon="DUPLICATE")
         draw_output(column, settings.output)
         if context.scene.render.engine != "CYCLES":
             paragraph(
@@ -74,3 +63,11 @@ def _draw_render(column: bpy.types.UILayout, render: bpy.types.AnyType) -> None:
     row(column, "Spectral", duration(render.seconds))
     if render.has_rgb:
         row(column, "RGB", duration(render.rgb_seconds))
+
+
+def draw_render_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    """Entries of the Render menu."""
+    self.layout.separator()
+    self.layout.operator("spectral_probe.render_spectral", icon="RENDER_STILL")
+    self.layout.operator("spectral_probe.render_animation", icon="RENDER_ANIMATION")
+    self.layout.operator("spectral_probe.compare", icon="IMAGE_DATA", text="Compare Spectral with RGB")

@@ -1,10 +1,8 @@
 """Lights that can be exchanged after rendering, and their exchange; and what a plan says."""
 
-from typing import ClassVar
-
 import bpy
 
-from .main import InSidebar, job_button, name_or_file, paragraph, results, row, settings_layout
+from .main import InRender, job_button, name_or_file, paragraph, results, row, settings_layout
 
 
 class SPECTRAL_PROBE_UL_swappable(bpy.types.UIList):
@@ -24,11 +22,10 @@ class SPECTRAL_PROBE_UL_swappable(bpy.types.UIList):
         layout.prop(item, "name", text="", emboss=False, icon="LIGHT_DATA")
 
 
-class SPECTRAL_PROBE_PT_swap(InSidebar, bpy.types.Panel):
+class SPECTRAL_PROBE_PT_swap(InRender, bpy.types.Panel):
     """What can be exchanged, and what takes its place."""
 
     bl_label = "Swap Light"
-    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the marked regions, then the lights of the render."""

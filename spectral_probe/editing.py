@@ -150,10 +150,11 @@ def light_in(panorama: SpectralPanorama, mask: BoolArray) -> Numbers:
 
 @dataclass(frozen=True)
 class EditedLight:
-    """The files of an edited probe: their folder, and the edits as `list_of` tells them."""
+    """The files of an edited probe: their folder, the edits as `list_of` tells them, and the panorama."""
 
     directory: Path
     edits: list[Numbers]
+    panorama: SpectralPanorama
 
 
 def edit_light(
@@ -180,11 +181,11 @@ def edit_light(
     if not after.edits and directory != base:
         before = read_probe(base / "probe.exr")
     if _same_light(after, before):
-        return EditedLight(base if not after.edits else directory, list_of(after))
+        return EditedLight(base if not after.edits else directory, list_of(after), after)
     target = base / EDITS_FOLDER / _content(after)
     if not target.is_dir():
         yield from part(_write_light(after, target), 0.3, 1.0)
-    return EditedLight(target, list_of(after))
+    return EditedLight(target, list_of(after), after)
 
 
 def _same_light(a: SpectralPanorama, b: SpectralPanorama) -> bool:

@@ -5,18 +5,18 @@ Axis letters: H, W image; C = 3 camera channels; L wavelengths; K basis weights;
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
 from .light_settings import CalibrationSettings, RegionLight
 from .light_settings import Region as Region  # noqa: PLC0414  (part of the capture: imported from here)
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # Blender imports this module at its start, and would wait for numpy
+    import numpy as np
+    import numpy.typing as npt
+
     from .work import Work
 
 type FloatArray = npt.NDArray[np.floating[Any]]
@@ -113,7 +113,9 @@ class ViewSettings:
     `azimuth_deg` is the compass bearing of the viewing direction (0 = world +Y, clockwise from above),
     `elevation_deg` > 0 means the camera is above the ball, `roll_deg` turns the camera clockwise about its axis.
     `refine` lets registration correct these angles. `outline` is (centre x, centre y, radius) in pixels of the first
-    photograph, or None to detect it; `ball_at` is a point on the ball, where more than one is in the picture.
+    photograph, or an ellipse (centre x, centre y, semi-axis, semi-axis, angle_deg of the first), or None to detect it;
+    `snap_outline` says that the rim next to it is meant, and not it itself. `ball_at` is a point on the ball, where more
+    than one is in the picture.
     `solve_exposures` takes what the pixels say of the exposures where the stated ones contradict them. `filter` is the
     transmittance (CSV), or the name of a glass, of a filter these photographs were taken through: they belong to the view
     without a filter that has the same three angles.
@@ -127,10 +129,11 @@ class ViewSettings:
     exposures_s: tuple[float, ...] | None = None
     iso: tuple[float, ...] | None = None
     f_number: tuple[float, ...] | None = None
-    outline: tuple[float, float, float] | None = None
+    outline: tuple[float, ...] | None = None
     ball_at: tuple[float, float] | None = None
     solve_exposures: bool = True
     filter: str | Path | None = None
+    snap_outline: bool = False
 
 
 COMPOSITIONS = ("blend", "cut")
@@ -253,6 +256,15 @@ class Outline:
     error_px: tuple[float, float] = (0.0, 0.0)
 
 
+def _zeros(*shape: int, kind: type = float) -> Callable[[], Any]:
+    def make() -> Any:
+        import numpy as np
+
+        return np.zeros(shape, kind)
+
+    return make
+
+
 @dataclass(frozen=True)
 class BallFit:
     """The ball in the camera's frame: centre M (3,) in metres, radius r, half angle xi of the outline's cone.
@@ -267,14 +279,16 @@ class BallFit:
     radius_m: float
     cone_angle_rad: float
     rms_rad: float
-    covariance_rad2: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
-    points_px: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
-    residuals_px: FloatArray = field(default_factory=lambda: np.zeros(0))
-    used: BoolArray = field(default_factory=lambda: np.zeros(0, bool))
+    covariance_rad2: FloatArray = field(default_factory=_zeros(3, 3))
+    points_px: FloatArray = field(default_factory=_zeros(0, 2))
+    residuals_px: FloatArray = field(default_factory=_zeros(0))
+    used: BoolArray = field(default_factory=_zeros(0, kind=bool))
 
     @property
     def distance_m(self) -> float:
         """Distance from the camera's centre of projection to the ball's centre, in metres."""
+        import numpy as np
+
         return float(np.linalg.norm(self.centre_m))
 
     @property
@@ -283,9 +297,12 @@ class BallFit:
 
         Examples
         --------
+        >>> import numpy as np
         >>> BallFit(np.array([0.0, 0.0, 1.0]), 0.1, np.arcsin(0.1), 0.0).axis_tangents.tolist()
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
         """
+        import numpy as np
+
         axis = self.centre_m / self.distance_m
         right = np.cross([0.0, 1.0, 0.0], axis)
         right /= np.linalg.norm(right)
@@ -294,6 +311,9 @@ class BallFit:
 
 # ---------------------------------------------------------------- the probe
 
+
+type Texels = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
+"""Rows (N,) and columns (N,) of some texels of a panorama: of a few out of millions, quicker than a mask."""
 
 type Keeps = Literal["luminance", "power", "surfaces"]
 """What of the light stays under another lamp."""

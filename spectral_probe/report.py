@@ -93,7 +93,7 @@ def _geometry(view: MeasuredView) -> dict[str, Any]:
         "radius_px": list(view.outline.semi_axes_px),
         "outline_rms_px": view.outline.rms_px,
         "outline_error_px": list(view.outline.error_px),
-        "outline_given": view.settings.outline is not None,
+        "outline_given": view.settings.outline is not None and not view.settings.snap_outline,
         "other_balls_px": [list(circle) for circle in view.others],
         "cone_angle_deg": float(np.degrees(view.ball.cone_angle_rad)),
         "distance_m": view.ball.distance_m,

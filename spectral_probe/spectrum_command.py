@@ -16,8 +16,12 @@ from .files.atomic import check_folder, written_whole
 from .files.panorama_file import read_panorama
 from .files.region_json import read_region
 from .files.spectrum_csv import read_spectrum_csv
-from .geometry.frames import bearing_to_direction, panorama_directions, panorama_solid_angles
-from .model import BoolArray, FloatArray, Job, Progress, SpectralPanorama
+from .geometry.frames import (
+    bearing_to_direction,
+    equirectangular_to_direction,
+    panorama_solid_angles,
+)
+from .model import BoolArray, FloatArray, Job, Progress, SpectralPanorama, Texels
 from .spectra.confidence import error_of_confidence
 from .spectra.curves import LIGHT
 from .spectra.edits import edited_confidence, recovered_index
@@ -25,7 +29,7 @@ from .spectra.grid import WAVELENGTHS_NM, resample
 from .spectra.metrics import SpectrumComparison, compare_spectra, light_numbers, scaled_to_energy
 from .spectra.posterior import Posterior, metamer_risk
 from .spectra.recorded import light_posterior
-from .spectra.regions import mean_spectrum, region_mask
+from .spectra.regions import mean_spectrum, region_mask, texels_of
 
 type Numbers = dict[str, Any]
 
@@ -106,14 +110,36 @@ def spectrum_at(
     FileFormatError
         If no view saw that direction unclipped.
     """
-    closeness = panorama_directions(*panorama.valid.shape) @ bearing_to_direction(azimuth_deg, elevation_deg)
-    disc = closeness >= min(np.cos(np.radians(radius_deg)), closeness.max())
-    if not (disc & panorama.valid).any():
+    height, width = panorama.valid.shape
+    rows, columns = disc_texels(height, width, azimuth_deg, elevation_deg, radius_deg)
+    seen = panorama.valid[rows, columns]
+    if not seen.any():
         raise FileFormatError(
             f"No view saw the direction {azimuth_deg:g},{elevation_deg:g} unclipped. Choose another, or photograph it "
             "from another side or with a shorter exposure."
         )
-    return region_spectrum(panorama, disc)
+    return _texels_spectrum(panorama, (rows[seen], columns[seen]))
+
+
+def disc_texels(
+    height: int, width: int, azimuth_deg: float, elevation_deg: float, radius_deg: float
+) -> Texels:
+    """Texels whose centres lie within a small angle of a bearing; the nearest always belongs to them.
+
+    Only rows that can reach so near are looked at.
+
+    Examples
+    --------
+    >>> [places.tolist() for places in disc_texels(4, 8, 80.0, 20.0, 0.1)]  # +X is in the middle
+    [[1], [3]]
+    """
+    elevations_deg = 90.0 - (np.arange(height) + 0.5) * 180.0 / height
+    near = np.flatnonzero(np.abs(elevations_deg - elevation_deg) <= radius_deg + 180.0 / height)
+    columns, rows = np.meshgrid(np.arange(width) + 0.5, near + 0.5)
+    directions = equirectangular_to_direction(np.stack([columns, rows], axis=-1), height, width)
+    closeness = directions @ bearing_to_direction(azimuth_deg, elevation_deg)
+    found, columns_found = np.nonzero(closeness >= min(np.cos(np.radians(radius_deg)), closeness.max()))
+    return near[found], columns_found
 
 
 def region_spectrum(panorama: SpectralPanorama, chosen: BoolArray) -> DirectionSpectrum:
@@ -124,14 +150,18 @@ def region_spectrum(panorama: SpectralPanorama, chosen: BoolArray) -> DirectionS
     FileFormatError
         If no view saw any of them unclipped.
     """
-    height, width = panorama.valid.shape
-    chosen = chosen & panorama.valid
-    if not chosen.any():
+    texels = texels_of(chosen & panorama.valid)
+    if not len(texels[0]):
         raise FileFormatError("No view saw any of the region unclipped. Choose another.")
-    solid_angles = np.broadcast_to(panorama_solid_angles(height, width), (height, width))[chosen]
+    return _texels_spectrum(panorama, texels)
+
+
+def _texels_spectrum(panorama: SpectralPanorama, chosen: Texels) -> DirectionSpectrum:
+    """The mean spectrum of texels that were all seen: as quick as they are few, however large the panorama."""
+    solid_angles = panorama_solid_angles(*panorama.valid.shape)[chosen[0], 0]
     shares = solid_angles / solid_angles.sum()
     spectrum = mean_spectrum(panorama, chosen)
-    confidence = float(shares @ edited_confidence(panorama)[chosen])
+    confidence = float(shares @ edited_confidence(panorama, chosen))
     known = light_posterior(panorama, chosen)
     error = _standard_error(panorama, chosen, spectrum, confidence, known)
     direction_error = None
@@ -155,7 +185,7 @@ def region_spectrum(panorama: SpectralPanorama, chosen: BoolArray) -> DirectionS
 
 def _standard_error(
     panorama: SpectralPanorama,
-    chosen: BoolArray,
+    chosen: Texels,
     spectrum: FloatArray,
     confidence: float,
     known: Posterior | None,
@@ -165,6 +195,8 @@ def _standard_error(
     if known is None:
         error = error_of_confidence(confidence) * np.linalg.norm(spectrum) / np.sqrt(len(nm))
         return np.full(len(nm), error)
+    if not panorama.edits:
+        return np.asarray(np.interp(nm, WAVELENGTHS_NM, known.standard_error))
     own = replace(panorama, basis_index=recovered_index(panorama))  # a glass multiplies light and error alike
     before = mean_spectrum(own, chosen)
     edited = np.where(before > 0, spectrum / np.where(before > 0, before, 1.0), 1.0)

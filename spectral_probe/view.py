@@ -10,7 +10,8 @@ import numpy as np
 from .errors import CaptureError, OutlineError
 from .geometry.ball import fit_ball
 from .geometry.camera import camera_for
-from .geometry.outline import FoundBall, check_in_frame, find_ball, outline_from_circle
+from .geometry.near_rim import find_ball_near
+from .geometry.outline import FoundBall, check_in_frame, find_ball, outline_given
 from .light_settings import Rectangle
 from .model import (
     BallFit,
@@ -117,7 +118,7 @@ def measure_view(
     converted = _check_kind(capture, photographs)
     stated = resolve_exposures(photographs, settings)
     camera = camera_for(capture.camera, photographs[0])
-    found = _located(photographs, settings, camera, partner)
+    found = locate_ball(photographs, settings, partner)
     outline = found.outlines[0]
     ball = fit_ball(camera, outline, capture.ball.radius_m)
     size_px = camera.size_px
@@ -158,14 +159,12 @@ def _check_kind(capture: Capture, photographs: Sequence[Photograph]) -> bool:
     return kinds.pop()
 
 
-def _located(
-    photographs: Sequence[Photograph], settings: ViewSettings, camera: Camera, partner: MeasuredView | None
+def locate_ball(
+    photographs: Sequence[Photograph], settings: ViewSettings, partner: MeasuredView | None = None
 ) -> FoundBall:
-    """The ball in every photograph: found, or where the user says, or where the partner has it."""
+    """The ball in every photograph: found, or where or near where the user says, or where the partner has it."""
     if settings.outline is not None:
-        outline = outline_from_circle(*settings.outline)
-        check_in_frame(outline, camera.size_px, given=True)
-        return _at(outline, photographs)
+        return _where_given(photographs, settings.outline, snap=settings.snap_outline)
     if partner is None:
         return find_ball(photographs, settings.ball_at)
     try:
@@ -185,6 +184,16 @@ def _located(
     ):  # what the two differ by is the error of either, and would tear the channels apart at edges
         return replace(found, outlines=(partner.outline,) * len(photographs))
     return found
+
+
+def _where_given(photographs: Sequence[Photograph], values: tuple[float, ...], *, snap: bool) -> FoundBall:
+    """The ball where the user says, or with `snap` its rim near there."""
+    outline = outline_given(values)
+    if snap:
+        return find_ball_near(photographs, outline)
+    height, width = photographs[0].clipped.shape
+    check_in_frame(outline, (width, height), given=True)
+    return _at(outline, photographs)
 
 
 def _at(outline: Outline, photographs: Sequence[Photograph], warnings: tuple[str, ...] = ()) -> FoundBall:

@@ -1,6 +1,7 @@
 """What a spectral render leaves in its folder beside its pictures: plan.json and report.json."""
 
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -78,12 +79,23 @@ def write_report(
         "without": None if without is None else _of_the_other(without),
         "frame": scene.frame_current,
         "scene": scene.name,
+        "blend": _blend_from(result.xyz.parent),
         "device": result.device,
         "blender": bpy.app.version_string,
         "warnings": list(result.warnings),
     }
     with written_whole(result.xyz.with_name(REPORT_NAME)) as temporary:
         temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+
+
+def _blend_from(folder: Path) -> str | None:
+    """Where the .blend lies, from the folder of its render, so that both can be moved; None where it was never saved."""
+    if not bpy.data.filepath:
+        return None
+    try:
+        return Path(os.path.relpath(bpy.data.filepath, folder)).as_posix()
+    except ValueError:  # on another drive
+        return bpy.data.filepath
 
 
 def _of_the_other(without: SpectralRender) -> dict[str, Any]:

@@ -91,7 +91,7 @@ def tone_map(xyz: FloatArray, exposure: float) -> Picture:
     finite = np.where(np.isfinite(xyz).all(-1, keepdims=True), xyz, 0.0).astype(np.float32)
     rgb = xyz_to_rec709(finite * np.float32(exposure))
     luminance = np.maximum(finite[..., 1:2] * np.float32(exposure), 0)
-    rgb = _into_gamut(rgb, luminance)
+    rgb = into_gamut(rgb, luminance)
     peak = rgb.max(-1, keepdims=True)
     rolled = np.where(
         peak > KNEE, 1 - (1 - KNEE) * np.exp((KNEE - np.maximum(peak, KNEE)) / (1 - KNEE)), peak
@@ -131,7 +131,7 @@ def read_png(path: Path) -> Picture:
         ) from None
 
 
-def _into_gamut(rgb: FloatArray, luminance: FloatArray) -> FloatArray:
+def into_gamut(rgb: FloatArray, luminance: FloatArray) -> FloatArray:
     """Negative channels lifted to 0 by mixing with grey of the same luminance."""
     lowest = rgb.min(-1, keepdims=True)
     distance = luminance - lowest

@@ -34,7 +34,7 @@ _LIGHT_KEYS = ("method", "families", "spectra")
 _PANORAMA_KEYS = ("composition",)
 _VIEW_KEYS = (
     "azimuth_deg", "elevation_deg", "roll_deg", "refine", "photos", "exposures_s", "iso", "f_number", "outline",
-    "ball_at", "solve_exposures", "filter",
+    "ball_at", "solve_exposures", "filter", "snap_outline",
 )  # fmt: skip
 
 
@@ -154,9 +154,13 @@ class _Reader(TomlReader):
         if not -90.0 <= elevation <= 90.0:
             raise self.fail(where, "elevation_deg", "between -90 and 90")
         ball_at = self.numbers(table, "ball_at", where, {2})
-        outline = self.numbers(table, "outline", where, {3})
-        if outline is not None and outline[2] <= 0:
-            raise self.fail(where, "outline", "[cx_px, cy_px, r_px] with a positive radius")
+        outline = self.numbers(table, "outline", where, {3, 5})
+        if outline is not None and min(outline[2:4]) <= 0:
+            raise self.fail(
+                where,
+                "outline",
+                "[cx_px, cy_px, r_px] with a positive radius, or [cx_px, cy_px, a_px, b_px, angle_deg]",
+            )
 
         def per_photo(key: str) -> tuple[float, ...] | None:
             value = table.get(key)
@@ -174,10 +178,11 @@ class _Reader(TomlReader):
             exposures_s=per_photo("exposures_s"),
             iso=per_photo("iso"),
             f_number=per_photo("f_number"),
-            outline=None if outline is None else (outline[0], outline[1], outline[2]),
+            outline=outline,
             ball_at=None if ball_at is None else (ball_at[0], ball_at[1]),
             solve_exposures=self.truth(table, "solve_exposures", where, default=True),
             filter=read_filter(self, table, where),
+            snap_outline=self.truth(table, "snap_outline", where, default=False),
         )
 
 
@@ -217,6 +222,7 @@ def save_capture(capture: Capture, path: Path) -> None:
             iso=view.iso,
             f_number=view.f_number,
             outline=view.outline,
+            snap_outline=view.snap_outline or None,
             ball_at=view.ball_at,
             solve_exposures=None if view.solve_exposures else False,
             filter=filter_text(view.filter, folder),

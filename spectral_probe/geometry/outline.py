@@ -83,7 +83,7 @@ def find_ball(photographs: Sequence[Photograph], ball_at: tuple[float, float] | 
     shifts = register(photographs, [(one.circle.x, one.circle.y, one.circle.radius) for one in sightings])
     clearest = max(range(len(photographs)), key=lambda index: sightings[index].circle.significance)
     rim = fit_rim(photographs, shifts, sightings[clearest].circle.moved(-shifts[clearest]))
-    outlines = tuple(_as_outline(rim, shift) for shift in shifts)
+    outlines = tuple(outline_of_rim(rim, shift) for shift in shifts)
     check_in_frame(outlines[0], _size(photographs[0]))
     others = sightings[0].others
     warnings = _two_balls(photographs[0], rim, others, ball_at) + _cut_later(photographs, outlines)
@@ -99,14 +99,32 @@ def outline_from_circle(x_px: float, y_px: float, radius_px: float) -> Outline:
     >>> outline_from_circle(400, 300, 100).points_px.shape
     (360, 2)
     """
-    values = (x_px, y_px, radius_px)
-    if not (np.isfinite(values).all() and radius_px > 0.0):
+    return outline_given((x_px, y_px, radius_px))
+
+
+def outline_given(values: Sequence[float]) -> Outline:
+    """Outline that the user gives: a circle (x, y, radius), or an ellipse (x, y, semi-axis, semi-axis, angle in degrees).
+
+    Lengths are pixels; the angle is that of the first semi-axis, from +x towards +y. Half a pixel is assumed as its error.
+
+    Examples
+    --------
+    >>> outline_given((400, 300, 90, 100, 0)).semi_axes_px  # the major one comes first
+    (100.0, 90.0)
+    """
+    x_px, y_px, first_px, second_px, angle_deg = (
+        float(value) for value in (*values, *((values[2], 0.0) if len(values) == 3 else ()))
+    )
+    if not (np.isfinite(values).all() and first_px > 0.0 and second_px > 0.0):
         raise OutlineError(
             "An outline needs a centre and a positive radius. Write outline = [cx, cy, r] in pixels."
         )
-    points = Ellipse(x_px, y_px, radius_px, radius_px).points(full_turn(360))
+    if second_px > first_px:
+        first_px, second_px, angle_deg = second_px, first_px, angle_deg + 90.0
+    angle_rad = float(np.radians(angle_deg % 180.0))
+    points = Ellipse(x_px, y_px, first_px, second_px, angle_rad).points(full_turn(360))
     error = (GIVEN_ERROR_PX, GIVEN_ERROR_PX)
-    return Outline((x_px, y_px), (radius_px, radius_px), 0.0, points, 0.0, error)
+    return Outline((x_px, y_px), (first_px, second_px), angle_rad, points, 0.0, error)
 
 
 def check_in_frame(outline: Outline, size_px: tuple[int, int], given: bool = False) -> None:
@@ -202,7 +220,8 @@ def _no_ball(photograph: Photograph, ball_at: tuple[float, float] | None = None)
     )
 
 
-def _as_outline(rim: Rim, shift_px: FloatArray) -> Outline:
+def outline_of_rim(rim: Rim, shift_px: FloatArray) -> Outline:
+    """The outline of a rim, in a photograph whose ball lies `shift_px` (x, y) from where it is in the first one."""
     ellipse = rim.ellipse.moved(shift_px)
     return Outline(
         (ellipse.x, ellipse.y),

@@ -72,7 +72,7 @@ def sampling(camera: Camera, ball: BallFit, rotation: FloatArray) -> Sampling:
     points, _ = find_reflection(ball, along[..., None] * axis + across)
     points = points.astype(float)
     return Sampling(
-        _footprint(camera, ball, points).astype(np.float32), _direction_error(ball, points).astype(np.float32)
+        _footprint(camera, ball, points).astype(np.float32), direction_error(ball, points).astype(np.float32)
     )
 
 
@@ -94,7 +94,7 @@ def _footprint(camera: Camera, ball: BallFit, points: FloatArray) -> FloatArray:
     return np.asarray(pixel_sr * widening)
 
 
-def _direction_error(ball: BallFit, points: FloatArray) -> FloatArray:
+def direction_error(ball: BallFit, points: FloatArray) -> FloatArray:
     """Standard error of the light's direction at points (..., 3) of the ball, for fixed viewing rays."""
     rays = points / np.linalg.norm(points, axis=-1, keepdims=True)
     directions = reflect(ball, rays).directions

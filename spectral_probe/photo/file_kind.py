@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PhotographError
+from . import suffixes
 
 type Kind = Literal["JPEG", "PNG", "TIFF", "OpenEXR", "Radiance HDR", "raw", "other"]
 type Bytes = npt.NDArray[np.uint8]
@@ -25,43 +26,13 @@ LARGEST_PX = 256_000_000
 MOST_PX_PER_BYTE = 2000
 """Pixels for each byte of the file: no codec packs a picture tighter (deflate reaches 1032 bytes for one)."""
 
-_SUFFIXES: dict[Kind, frozenset[str]] = {
-    "JPEG": frozenset({".jpg", ".jpeg", ".jpe", ".jfif"}),
-    "PNG": frozenset({".png"}),
-    "TIFF": frozenset({".tif", ".tiff"}),
-    "OpenEXR": frozenset({".exr"}),
-    "Radiance HDR": frozenset({".hdr", ".pic", ".rgbe"}),
-    "raw": frozenset(
-        [
-            ".3fr",
-            ".arw",
-            ".cr2",
-            ".cr3",
-            ".crw",
-            ".dcr",
-            ".dng",
-            ".erf",
-            ".fff",
-            ".gpr",
-            ".iiq",
-            ".kdc",
-            ".mef",
-            ".mos",
-            ".mrw",
-            ".nef",
-            ".nrw",
-            ".orf",
-            ".pef",
-            ".raf",
-            ".raw",
-            ".rw2",
-            ".rwl",
-            ".sr2",
-            ".srf",
-            ".srw",
-            ".x3f",
-        ]
-    ),
+_SUFFIXES: dict[Kind, tuple[str, ...]] = {
+    "JPEG": suffixes.JPEG,
+    "PNG": suffixes.PNG,
+    "TIFF": suffixes.TIFF,
+    "OpenEXR": suffixes.OPEN_EXR,
+    "Radiance HDR": suffixes.RADIANCE_HDR,
+    "raw": suffixes.RAW,
 }
 _SIGNATURES: tuple[tuple[bytes, Kind], ...] = (
     (b"\xff\xd8\xff", "JPEG"),
@@ -85,13 +56,6 @@ _FOREIGN = {
     (0, b"\0\0\0\x0cjP"): "JPEG 2000",
     (0, b"\0\0\0\x0cJXL"): "JPEG XL",
     (0, b"8BPS"): "Photoshop",
-}
-_EXTENSION: dict[Kind, str] = {
-    "JPEG": ".jpg",
-    "PNG": ".png",
-    "TIFF": ".tif",
-    "OpenEXR": ".exr",
-    "Radiance HDR": ".hdr",
 }
 
 
@@ -121,7 +85,7 @@ def file_kind(path: Path) -> Kind:
     if not head:
         raise PhotographError(f"{path.name} cannot be read: it is empty (0 bytes). Copy or export it again.")
     suffix = path.suffix.lower()
-    named = next((kind for kind, suffixes in _SUFFIXES.items() if suffix in suffixes), None)
+    named = next((kind for kind, known in _SUFFIXES.items() if suffix in known), None)
     found = next((kind for signature, kind in _SIGNATURES if head.startswith(signature)), None)
     foreign = next((name for (at, mark), name in _FOREIGN.items() if head[at:].startswith(mark)), None)
     if found is None and foreign is not None:
@@ -147,7 +111,7 @@ def misnamed(path: Path, found: Kind) -> str:
         )
     article = "an" if found == "OpenEXR" else "a"
     return (
-        f"{path.name} is {article} {found} picture, not what its name says. Rename it to {path.stem}{_EXTENSION[found]} to use "
+        f"{path.name} is {article} {found} picture, not what its name says. Rename it to {path.stem}{_SUFFIXES[found][0]} to use "
         "it as that, or give the file you meant."
     )
 

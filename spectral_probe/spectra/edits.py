@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from ..errors import SpectralDataError
 from ..files.spectrum_csv import read_spectrum_csv
-from ..model import BoolArray, Edit, FloatArray, Keeps, SpectralPanorama
+from ..model import BoolArray, Edit, FloatArray, Keeps, SpectralPanorama, Texels
 from .colorimetry import colour_matching_functions
 from .glass import glass_transmittance
 from .grid import WAVELENGTHS_NM, resample
@@ -256,22 +256,32 @@ def stacks_of(panorama: SpectralPanorama) -> tuple[Stack, ...]:
 
 def recovered_index(panorama: SpectralPanorama) -> npt.NDArray[np.uint8]:
     """Which recovered basis (H, W) each texel's weights were recovered with, whatever was done to it since."""
+    return recovered_basis(panorama, panorama.basis_index)
+
+
+def recovered_basis(panorama: SpectralPanorama, index: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """The recovered bases (...) that some bases (...) of a panorama came from, by number."""
     origin = np.array([stack[0] for stack in stacks_of(panorama)], np.uint8)
-    return origin[panorama.basis_index]
+    return origin[index]
+
+
+def is_edited(panorama: SpectralPanorama, number: int) -> BoolArray:
+    """Which bases (B,) an edit, counted from 0, was done to."""
+    return np.array([number in stack[1:] for stack in stacks_of(panorama)])
 
 
 def edited_mask(panorama: SpectralPanorama, number: int) -> BoolArray:
     """Texels (H, W) that an edit, counted from 0, was done to."""
-    concerned = np.array([number in stack[1:] for stack in stacks_of(panorama)])
-    return np.asarray(concerned[panorama.basis_index])
+    return np.asarray(is_edited(panorama, number)[panorama.basis_index])
 
 
-def edited_confidence(panorama: SpectralPanorama) -> FloatArray:
-    """How sure the panorama's spectra are after its edits, (H, W) in 0..1.
+def edited_confidence(panorama: SpectralPanorama, chosen: Texels | None = None) -> FloatArray:
+    """How sure the panorama's spectra are after its edits, (H, W) in 0..1; of some texels (N,) where they are given.
 
     `confidence` is of what was recovered, and no edit touches it. A glass multiplies the spectrum and its error alike. Where a
     lamp was replaced the spectrum is known: its confidence is 1, whatever the photographs said; not so that of surfaces.
     """
     replaced = [edit.kind == "lamp" and edit.keeps != "surfaces" for edit in panorama.edits]
     known = np.array([any(replaced[edit] for edit in stack[1:]) for stack in stacks_of(panorama)])
-    return np.where(known[panorama.basis_index], np.float32(1.0), panorama.confidence)
+    where = ... if chosen is None else chosen
+    return np.where(known[panorama.basis_index[where]], np.float32(1.0), panorama.confidence[where])

@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import FileFormatError
 from ..geometry.frames import panorama_solid_angles
-from ..model import BoolArray, FloatArray, SpectralPanorama
+from ..model import BoolArray, FloatArray, SpectralPanorama, Texels
 from .confidence import error_of_confidence
-from .edits import edited_mask, recovered_index
+from .edits import is_edited, recovered_basis, recovered_index, stacks_of
 from .emitters import direct_probability
 from .estimates import ClassEstimate
 from .grid import STEP_NM, WAVELENGTHS_NM, resample
 from .posterior import Posterior, posterior
 from .recovery import SpectralRecovery
+from .regions import texels_of
 
 ENTRY = "recovery"
 """Name of the entry in `SpectralPanorama.further`."""
 
 _KEPT = 0.999
 """Share of the variance of an estimate's errors that is remembered by their principal components."""
+
+REPLACED = "replaced"
+"""The kind of light where an edit put another lamp."""
+
+_AT_A_TIME = 65536  # texels
 
 _DIGITS = 7
 
@@ -76,8 +84,8 @@ def _rounded(values: FloatArray) -> Any:
     return np.vectorize(lambda value: float(f"{value:.{_DIGITS}g}"))(values).tolist()
 
 
-def light_posterior(panorama: SpectralPanorama, chosen: BoolArray) -> Posterior | None:
-    """What is known of the mean spectrum of some texels (H, W) of a panorama, before any edit, all seen.
+def light_posterior(panorama: SpectralPanorama, chosen: BoolArray | Texels) -> Posterior | None:
+    """What is known of the mean spectrum of some texels of a panorama, before any edit, all seen.
 
     None where the probe does not tell how it was recovered, or where the texels' light was replaced by another lamp's. Where
     the texels were recovered in different ways the answer is that of most of them.
@@ -88,15 +96,17 @@ def light_posterior(panorama: SpectralPanorama, chosen: BoolArray) -> Posterior 
         If the probe's header is damaged.
     """
     entry = panorama.further.get(ENTRY)
+    texels = texels_of(chosen)
+    used = panorama.basis_index[texels]
     replaced = [
-        edited_mask(panorama, number)
+        is_edited(panorama, number)[used]
         for number, edit in enumerate(panorama.edits)
         if edit.kind == "lamp" and edit.keeps != "surfaces"
     ]
-    if entry is None or any((mask & chosen).any() for mask in replaced):
+    if entry is None or any(mask.any() for mask in replaced):
         return None
     try:
-        return _light_posterior(panorama, chosen, entry)
+        return _light_posterior(panorama, texels, entry)
     except (KeyError, TypeError, ValueError, IndexError, np.linalg.LinAlgError):
         raise FileFormatError(
             "The probe's header is damaged. Build the probe again from its capture."
@@ -104,11 +114,11 @@ def light_posterior(panorama: SpectralPanorama, chosen: BoolArray) -> Posterior 
 
 
 def _light_posterior(
-    panorama: SpectralPanorama, chosen: BoolArray, entry: Mapping[str, Any]
+    panorama: SpectralPanorama, chosen: Texels, entry: Mapping[str, Any]
 ) -> Posterior | None:
-    index = recovered_index(panorama)[chosen]
+    index = recovered_basis(panorama, panorama.basis_index[chosen])
     weights = panorama.weights[chosen]
-    solid_angles = np.broadcast_to(panorama_solid_angles(*chosen.shape), chosen.shape)[chosen]
+    solid_angles = panorama_solid_angles(*panorama.valid.shape)[chosen[0], 0]
     ways = [(index >= light["bases"][0]) & (index < sum(light["bases"])) for light in entry["lights"]]
     most = int(np.argmax([solid_angles[way].sum() for way in ways]))
     way, light = ways[most], entry["lights"][most]
@@ -122,6 +132,68 @@ def _light_posterior(
     known = posterior(recovery, shares @ responses, direct=direct)
     stated = error_of_confidence(float(shares @ panorama.confidence[chosen][way]))
     return known.at_least(stated)  # the texels' own error counts their noise too
+
+
+@dataclass(frozen=True)
+class LightKinds:
+    """Which kind of light each texel of a panorama is most probably.
+
+    `names` are those of the kinds, `REPLACED` the last; `index` (H, W) uint8 counts in them; `probability` (H, W) float32.
+    """
+
+    names: tuple[str, ...]
+    index: npt.NDArray[np.uint8]
+    probability: FloatArray
+
+
+def light_kinds(panorama: SpectralPanorama) -> LightKinds:
+    """The likeliest kind of light of every texel of a panorama, from its own responses alone.
+
+    Texels whose light was replaced by another lamp's are `REPLACED`. What no view saw has no kind: see `panorama.valid`.
+
+    Raises
+    ------
+    FileFormatError
+        If the probe does not tell how it was recovered, or its header is damaged.
+    """
+    entry = panorama.further.get(ENTRY)
+    if entry is None:
+        raise FileFormatError(
+            "This panorama does not tell how its light was recovered. Build the probe from its photographs."
+        )
+    try:
+        return _light_kinds(panorama, entry)
+    except (KeyError, TypeError, ValueError, IndexError, np.linalg.LinAlgError):
+        raise FileFormatError(
+            "The probe's header is damaged. Build the probe again from its capture."
+        ) from None
+
+
+def _light_kinds(panorama: SpectralPanorama, entry: Mapping[str, Any]) -> LightKinds:
+    names = tuple(dict.fromkeys(one["name"] for light in entry["lights"] for one in light["estimates"]))
+    bases = resample(panorama.wavelengths_nm, panorama.bases, WAVELENGTHS_NM, name="the panorama's basis")
+    surface = float(_numbers(entry["surface_luminance"]))
+    found = np.zeros(panorama.valid.shape, np.uint8)
+    probability = np.zeros(panorama.valid.shape, np.float32)
+    for light in entry["lights"]:
+        recovery = _recovery(panorama, light)
+        number_of = np.array([names.index(estimate.name) for estimate in recovery.estimates], np.uint8)
+        to_responses = (bases @ (recovery.sensitivities * STEP_NM)).astype(np.float32)
+        first, count = light["bases"]
+        for basis in range(first, first + count):
+            rows, columns = np.nonzero(recovered_index(panorama) == basis)
+            for start in range(0, len(rows), _AT_A_TIME):
+                few = rows[start : start + _AT_A_TIME], columns[start : start + _AT_A_TIME]
+                responses = panorama.weights[few] @ to_responses[basis]
+                direct = direct_probability(responses[:, :3] @ recovery.to_luminance, surface)
+                likely = recovery.probabilities(responses, direct)
+                found[few] = number_of[likely.argmax(-1)]
+                probability[few] = likely.max(-1)
+    replaced = [edit.kind == "lamp" and edit.keeps != "surfaces" for edit in panorama.edits]
+    known = np.array([any(replaced[edit] for edit in stack[1:]) for stack in stacks_of(panorama)])
+    changed = known[panorama.basis_index]
+    found[changed], probability[changed] = len(names), 1.0
+    return LightKinds((*names, REPLACED), found, probability)
 
 
 def _numbers(values: Any) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..errors import FileFormatError, SpectralDataError
 from ..geometry.frames import bearing_to_direction, panorama_solid_angles
-from ..model import BoolArray, FloatArray, Region, SpectralPanorama
+from ..model import BoolArray, FloatArray, Region, SpectralPanorama, Texels
 from .growing import grown_region, panorama_luminance
 
 _OPPOSITE = 1e-9
@@ -74,8 +74,8 @@ def checked_mask(mask: BoolArray, panorama: SpectralPanorama, where: str) -> Boo
     return mask
 
 
-def mean_spectrum(panorama: SpectralPanorama, mask: BoolArray) -> FloatArray:
-    """Mean spectrum (L,) of some texels (H, W) of a panorama, by solid angle; no texel's spectrum is ever formed.
+def mean_spectrum(panorama: SpectralPanorama, chosen: BoolArray | Texels) -> FloatArray:
+    """Mean spectrum (L,) of some texels of a panorama, by solid angle; no texel's spectrum is ever formed.
 
     Examples
     --------
@@ -84,12 +84,28 @@ def mean_spectrum(panorama: SpectralPanorama, mask: BoolArray) -> FloatArray:
     >>> mean_spectrum(panorama, one > 0).tolist()
     [2.0, 2.0, 2.0]
     """
-    solid_angles = np.broadcast_to(panorama_solid_angles(*mask.shape), mask.shape)
+    rows, columns = texels_of(chosen)
+    solid_angles = panorama_solid_angles(*panorama.valid.shape)[rows, 0]
+    weights, used = panorama.weights[rows, columns], panorama.basis_index[rows, columns]
     total = np.zeros(len(panorama.wavelengths_nm))
     for index, basis in enumerate(panorama.bases):
-        uses = mask & (panorama.basis_index == index)
-        total += (solid_angles[uses] @ panorama.weights[uses]) @ basis
-    return np.asarray(total / solid_angles[mask].sum())
+        uses = used == index
+        total += (solid_angles[uses] @ weights[uses]) @ basis
+    return np.asarray(total / solid_angles.sum())
+
+
+def texels_of(chosen: BoolArray | Texels) -> Texels:
+    """Rows and columns of the texels of a mask (H, W).
+
+    Examples
+    --------
+    >>> [places.tolist() for places in texels_of(np.array([[False, True]]))]
+    [[0], [1]]
+    """
+    if isinstance(chosen, tuple):
+        return chosen
+    rows, columns = np.nonzero(chosen)
+    return rows, columns
 
 
 def check_region(region: Region) -> None:

@@ -5,7 +5,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -87,7 +87,8 @@ class _PanelInstance:
         self._panel = panel
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._panel, name)
+        value = getattr(self._panel, name)
+        return value.__get__(self) if isinstance(value, FunctionType) else value  # bound as a method is
 
 
 @pytest.fixture

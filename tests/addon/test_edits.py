@@ -371,5 +371,28 @@ def test_the_view_gives_other_panels_their_direction(settings):
 
 @pytest.mark.usefixtures("settings")
 def test_the_seed_needs_a_viewport():
-    with pytest.raises(RuntimeError, match="Use this in the sidebar of a 3D viewport"):
-        ops.seed_from_view()
+    window = bpy.context.window_manager.windows[0]
+    viewports = [area for area in window.screen.areas if area.type == "VIEW_3D"]
+    for area in viewports:
+        area.type = "TEXT_EDITOR"
+    try:
+        with (
+            bpy.context.temp_override(window=window),
+            pytest.raises(RuntimeError, match="Open a 3D viewport in this window"),
+        ):
+            ops.seed_from_view()
+    finally:
+        for area in viewports:
+            area.type = "VIEW_3D"
+
+
+def test_beside_the_properties_the_seed_is_from_the_viewport_of_the_window(settings, in_extension):
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "PROPERTIES")
+    viewport = next(area for area in window.screen.areas if area.type == "VIEW_3D").spaces.active.region_3d
+    with bpy.context.temp_override(window=window, area=area, region=area.regions[0]):
+        assert ops.seed_from_view() == {"FINISHED"}
+    expected = in_extension("operators.seed_from_view").bearing_of_view(
+        viewport.view_rotation, (0.0, 0.0, 0.0)
+    )
+    assert (settings.region.azimuth, settings.region.elevation) == pytest.approx(expected)

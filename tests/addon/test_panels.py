@@ -4,8 +4,8 @@ import bpy
 import pytest
 
 PANELS = (
-    "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "region_lights", "calibration", "world",
-    "backplate", "ground", "objects", "render", "swap", "composite", "compare",
+    "main", "capture", "photographs", "camera", "ball", "probe", "plots", "edits", "lamps", "region_lights", "calibration",
+    "world", "backplate", "ground", "objects", "render", "swap", "composite", "compare",
 )  # fmt: skip
 
 
@@ -92,11 +92,12 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
 @pytest.mark.parametrize(
     ("name", "verbs"),
     [
-        ("capture", ["import_capture", "save_capture", "add_view", "remove_view"]),
+        ("capture", ["import_photographs", "save_capture", "add_view", "remove_view"]),
+        ("photographs", ["add_photos", "remove_photo"]),
         ("camera", ["calibrate"]),
         ("lamps", ["add_own_light", "remove_own_light"]),
         ("region_lights", ["add_region_light", "remove_region_light", "seed_from_view"]),
-        ("ball", ["detect_ball"]),
+        ("ball", ["detect_ball", "show_photograph"]),
         ("probe", ["build_probe"]),
         ("plots", ["seed_from_view", "show_spectrum", "show_basis", "show_confidence", "show_sensitivities"]),
         ("world", ["light_world"]),
@@ -164,9 +165,9 @@ def test_a_long_message_is_broken_into_lines_under_the_bar(drawn):
     """A progress bar leaves out the middle of a text that is too long for it."""
     message = "Pass 2 of 4: 475, 525, 605 nm, 64 of 256 samples, about 8 s left"
     running = bpy.context.window_manager.spectral_probe
-    running.operator, running.fraction, running.message = "spectral_probe.render_spectral", 0.25, message
+    running.operator, running.fraction, running.message = "spectral_probe.match_backplate", 0.25, message
     try:
-        shown = texts(drawn(panel("render")))
+        shown = texts(drawn(panel("backplate")))
     finally:
         bpy.context.window_manager.property_unset("spectral_probe")
     bar = shown.index("25%")

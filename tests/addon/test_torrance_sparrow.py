@@ -66,3 +66,9 @@ def test_the_groups_sockets_explain_themselves(cube):
     bpy.ops.spectral_probe.add_torrance_sparrow()
     sockets = group_node(cube.active_material).node_tree.interface.items_tree
     assert all(socket.description for socket in sockets if socket.in_out == "INPUT")
+
+
+def test_gamma_goes_as_far_as_a_beckmann_lobe_follows(in_extension):
+    widest_rad = in_extension("spectral_probe.render.beckmann").WIDEST_GAMMA_RAD
+    gamma = bpy.ops.spectral_probe.add_torrance_sparrow.get_rna_type().properties["gamma_rad"]
+    assert gamma.hard_max == pytest.approx(widest_rad)

@@ -17,6 +17,7 @@ from spectral_probe.spectra.library import planck
 from spectral_probe.spectra.metrics import compare_spectra
 from spectral_probe.spectrum_command import (
     DirectionSpectrum,
+    disc_texels,
     numbers_of,
     region_spectrum,
     spectrum,
@@ -188,3 +189,14 @@ def test_a_direction_or_a_region_but_not_both(probe_file, tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["spectrum", str(probe_file), "--at", "0,0", "--region", str(region)])
     assert "not allowed with argument" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("bearing", [(10.0, 0.0), (269.9, 12.0), (0.0, 90.0), (200.0, -88.0), (33.3, 44.4)])
+@pytest.mark.parametrize("radius_deg", [0.01, 0.5, 20.0, 90.0])
+def test_a_discs_texels_are_those_near_enough(bearing, radius_deg):
+    """The same as looking at every texel of the panorama."""
+    closeness = panorama_directions(64, 128) @ bearing_to_direction(*bearing)
+    expected = closeness >= min(np.cos(np.radians(radius_deg)), closeness.max())
+    found = np.zeros((64, 128), bool)
+    found[disc_texels(64, 128, *bearing, radius_deg)] = True
+    assert np.array_equal(found, expected)

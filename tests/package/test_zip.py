@@ -11,11 +11,13 @@ import pytest
 PRODUCT = re.compile(
     r"""
     blender_manifest\.toml | __init__\.py | ([a-z]+_)?properties\.py | preferences\.py | library_pickers\.py
+    | versions\.py | file_handlers\.py
     | README\.md | CHANGELOG\.md | LICENSE
     | (operators|panels)/[\w/]+\.py
     | spectral_probe/[\w/]+\.py
     | spectral_probe/data/([\w-]+/)*[^./][^/]*\.(csv|toml|json|npz|txt)
     | sample_scenes/(?!.*/\.).*\.(dng|toml|csv|json|exr|tif|png|jpg|blend|md|txt)
+    | presets/spectral_probe/(capture|lamps|render)/[\w,-]+\.toml
     | wheels/[^/]+\.whl
     """,
     re.VERBOSE,

@@ -94,7 +94,7 @@ def test_saving_and_loading_again_gives_the_same(write, tmp_path):
         ('"b.dng"', '"c.dng"', r"there is no file .*c\.dng"),
         ("[0.0005, 0.004]", "[0.0005]", "exposures_s must be a list of 2 numbers"),
         ("[0.0005, 0.004]", "[0.0005, 0]", "exposures_s must be a list of positive numbers"),
-        ("[400, 400, 358]", "[400, 400]", "outline must be a list of 3 numbers"),
+        ("[400, 400, 358]", "[400, 400]", "outline must be a list of 3 or 5 numbers"),
         ("[400, 400, 358]", "[400, 400, 0]", "positive radius"),
         ("[[view]]", "[view]", r"Write \[\[view\]\] for each view"),
         ('["a.dng", "b.dng"]', "[]", "photos must be a list of file names"),

@@ -5,12 +5,14 @@ import pytest
 
 from spectral_probe.errors import SpectralDataError
 from spectral_probe.spectra.camera import (
+    REC709,
     camera_names,
     camera_sensitivities,
     cameras_in,
     gains_lost,
     gains_remark,
 )
+from spectral_probe.spectra.camera_names import LIBRARY_CAMERAS
 from spectral_probe.spectra.colorimetry import illuminant
 from spectral_probe.spectra.grid import WAVELENGTHS_NM
 
@@ -132,3 +134,7 @@ def test_a_folder_of_cameras(tmp_path):
         camera_sensitivities("Acme Too", tmp_path)
     with pytest.raises(SpectralDataError, match="holds 2 cameras"):
         camera_sensitivities(None, tmp_path)
+
+
+def test_names_known_without_the_library_are_those_of_the_library():
+    assert (*LIBRARY_CAMERAS, REC709) == camera_names()

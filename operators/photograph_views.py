@@ -1,0 +1,179 @@
+"""Photographs in views, in the settings of a scene: put there, placed round the ball, and told of in words."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
+
+from ..spectral_probe.geometry.bearings import are_even, bearings_between_deg, even_bearings_deg
+from .settings import add_photos
+
+if TYPE_CHECKING:  # heavy: imported where it is used
+    from ..spectral_probe.photo.grouping import Grouping, ViewGroup
+    from ..spectral_probe.photo.metadata import PhotoRecord
+
+_NAMED = 4  # so many files, views or bearings are named in a sentence, the others counted
+
+
+def paths_in(settings: bpy.types.PropertyGroup) -> set[Path]:
+    """The photographs that the scene has already."""
+    return {
+        Path(bpy.path.abspath(photo.path)).resolve()
+        for view in settings.views
+        for photo in view.photos
+        if photo.path
+    }
+
+
+def add_views(settings: bpy.types.PropertyGroup, groups: Sequence[ViewGroup]) -> None:
+    """Append views, make the first of them active, and give all of them bearings."""
+    before = len(settings.views)
+    for group in groups:
+        add_photos(settings.views.add(), [record.path for record in group.photos])
+    place_views(settings, range(before, len(settings.views)))
+    settings.active_view = before if groups else settings.active_view
+
+
+def name_view(view: bpy.types.PropertyGroup) -> None:
+    """Name a view that has no name after its first photograph."""
+    if not view.name and view.photos:
+        view.name = Path(view.photos[0].path).stem
+
+
+def place_views(settings: bpy.types.PropertyGroup, new: range) -> None:
+    """Give new views bearings: all views evenly where nobody has set any, else the new ones in the widest gaps."""
+    views = settings.views
+    known_deg = [math.degrees(view.azimuth) for number, view in enumerate(views) if number not in new]
+    if are_even(known_deg) and not settings.capture_path:
+        placed = list(zip(views, even_bearings_deg(len(views)), strict=True))
+    else:
+        bearings_deg = bearings_between_deg(known_deg, len(new))
+        placed = [(views[number], bearing_deg) for number, bearing_deg in zip(new, bearings_deg, strict=True)]
+    for view, bearing_deg in placed:
+        view.azimuth = math.radians(bearing_deg)
+
+
+def assume_equal_exposures(settings: bpy.types.PropertyGroup, groups: Sequence[ViewGroup]) -> bool:
+    """Give views of one photograph each, none of which says its exposure, the same one; whether that was so."""
+    records = [record for group in groups for record in group.photos]
+    if len(records) != len(groups) or any(not _unexposed(record) for record in records):
+        return False
+    if len(settings.views) > len(groups):  # others are there, whose exposures mean something
+        return False
+    for view in settings.views:
+        view.photos[0].exposure_s = 1.0
+    return bool(records)
+
+
+def choose_camera(settings: bpy.types.PropertyGroup, model: str) -> None:
+    """Choose the camera that took the photographs, unless one was chosen already."""
+    camera = settings.camera
+    if model and not camera.model and not camera.sensitivities:
+        camera.model = model
+
+
+def folders_beside(settings: bpy.types.PropertyGroup, folder: Path) -> None:
+    """Write probe and render beside the photographs while there is no .blend to write beside."""
+    if bpy.data.filepath:
+        return
+    for name in ("probe", "render"):
+        # Only what still stands at its default, which is relative to the .blend.
+        if getattr(settings, f"{name}_directory").startswith("//"):
+            parent = folder if os.access(folder, os.W_OK) else Path(bpy.app.tempdir)
+            setattr(settings, f"{name}_directory", str(parent / name))
+
+
+def summary(settings: bpy.types.PropertyGroup, photographs: int) -> str:
+    """How many views of how many photographs there are now, and from where they are taken to look."""
+    views = len(settings.views)
+    if views == 1:
+        return rpt_("{photographs} photographs in one view").format(photographs=photographs)
+    bearings = ", ".join(f"{math.degrees(view.azimuth):.4g}°" for view in settings.views[:_NAMED])
+    bearings += ", ..." if views > _NAMED else ""
+    return rpt_(
+        "{photographs} photographs in {views} views, taken to look at bearings {bearings}: correct them in World > Capture"
+    ).format(photographs=photographs, views=views, bearings=bearings)
+
+
+def remarks(grouping: Grouping, first: int, equal: bool, camera_model: str) -> list[str]:
+    """What the user should look at: one sentence for each kind of doubt; views are numbered from `first`."""
+    told = []
+    views = grouping.views
+    if len(grouping.cameras) > 1:
+        told.append(
+            rpt_(
+                "These are of {count} cameras ({names}), a capture is of one: remove the views of the others"
+            ).format(count=len(grouping.cameras), names=", ".join(grouping.cameras))
+        )
+    if grouping.beside_raw:
+        told.append(
+            rpt_("{files} left out: the raw file of the same photograph is there").format(
+                files=named([record.name for record in grouping.beside_raw])
+            )
+        )
+    sentences = (
+        ("one photograph", rpt_("{views} with a single photograph: remove it if it does not show the ball")),
+        (
+            "uneven",
+            rpt_("{views} with another number of exposures than most: move photographs where they belong"),
+        ),
+        (
+            "same moment",
+            rpt_("{views} hold the same photographs at two sizes, such as cut ones: remove one of them"),
+        ),
+    )
+    for hint, sentence in sentences:
+        numbers = [first + number for number, view in enumerate(views) if hint in view.hints]
+        if numbers:
+            told.append(sentence.format(views=numbered(numbers)))
+    unexposed = [record.name for view in views for record in view.photos if _unexposed(record)]
+    if equal:
+        told.append(rpt_("No exposure is stated: all photographs are taken to be exposed alike"))
+    elif unexposed:
+        told.append(
+            rpt_(
+                "{files} state no exposure, views are told by names: give the exposure times in Photographs"
+            ).format(files=named(unexposed))
+        )
+    records = [record for view in views for record in view.photos]
+    if any(record.encoding == "raw" for record in records) and not camera_model:
+        told.append(rpt_("Choose the camera: raw photographs need its spectral sensitivities"))
+    if not any(record.has_sensor_width for record in records):
+        told.append(rpt_("The focal length is not known in pixels: give the lens in Camera, or calibrate it"))
+    return told
+
+
+def named(names: Sequence[str]) -> str:
+    """Some file names in a sentence, the rest counted.
+
+    Examples
+    --------
+    >>> named(["a.jpg", "b.jpg"]), named(["a.jpg", "b.jpg", "c.jpg", "d.jpg", "e.jpg", "f.jpg"])
+    ('a.jpg, b.jpg', 'a.jpg, b.jpg, c.jpg, d.jpg and 2 more')
+    """
+    text = ", ".join(names[:_NAMED])
+    if len(names) <= _NAMED:
+        return text
+    return rpt_("{names} and {count} more").format(names=text, count=len(names) - _NAMED)
+
+
+def numbered(numbers: Sequence[int]) -> str:
+    """Some views in a sentence, by number.
+
+    Examples
+    --------
+    >>> numbered([2]), numbered([1, 2, 3, 4, 5])
+    ('View 2', 'Views 1, 2, 3, 4 and 1 more')
+    """
+    form = rpt_("View {numbers}") if len(numbers) == 1 else rpt_("Views {numbers}")
+    return form.format(numbers=named([str(number) for number in numbers]))
+
+
+def _unexposed(record: PhotoRecord) -> bool:
+    return record.exposure is None and record.encoding != "radiance"

@@ -1,0 +1,31 @@
+"""The zip in a Blender that was never started: installed, and driven from photographs to the comparison."""
+
+import shutil
+
+import pytest
+
+
+@pytest.fixture
+def gym(project_root, tmp_path):
+    """The gym's photographs in a folder of the user's, where the results go too."""
+    folder = tmp_path / "gym"
+    folder.mkdir()
+    source = project_root / "sample_scenes" / "gym"
+    for file in [*source.glob("*.dng"), source / "capture.toml"]:
+        shutil.copy(file, folder)
+    return folder
+
+
+def test_from_the_zip_to_the_comparison(clean_scenario, extension_zip, gym):
+    outcome = clean_scenario("first_profile", extension_zip, gym / "capture.toml")
+    results = outcome.results
+    assert results["views"] == [3, 3, 3]
+    assert max(results["outline_rms_px"]) < 0.5
+    assert 0 < results["blind_fraction"] < 0.05
+    assert {"Camera"} < set(results["objects"])
+    assert "Cube" not in results["objects"]
+    assert len(results["objects"]) == 4
+    assert results["passes"] >= 1
+    assert 0 < results["mean_de2000"] < 50
+    assert (gym / "probe" / "spectral.exr").is_file()
+    assert (gym / "render" / "comparison" / "sheet.png").is_file()
