@@ -6,8 +6,8 @@ from .main import job_button
 
 _STEPS = (
     ("spectral_probe.import_photographs", "IMPORT"),
-    ("spectral_probe.build_probe", "LIGHTPROBE_SPHERE"),
-    ("spectral_probe.render_spectral", "RENDER_STILL"),
+    ("spectral_probe.light_from_photographs", "LIGHTPROBE_SPHERE"),
+    ("spectral_probe.render_and_compare", "RENDER_STILL"),
 )
 
 
@@ -22,7 +22,7 @@ class SPECTRAL_PROBE_PT_main(bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the steps, a check mark before those that are done."""
         settings = context.scene.spectral_probe
-        done = (bool(settings.views), bool(settings.probe.width_px), bool(settings.render.passes))
+        done = (bool(settings.views), bool(settings.probe.width_px), bool(settings.comparison.directory))
         column = self.layout.column()
         for (operator, icon), finished in zip(_STEPS, done, strict=True):
             job_button(column, context, operator, "CHECKMARK" if finished else icon)

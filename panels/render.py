@@ -70,4 +70,4 @@ def draw_render_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.separator()
     self.layout.operator("spectral_probe.render_spectral", icon="RENDER_STILL")
     self.layout.operator("spectral_probe.render_animation", icon="RENDER_ANIMATION")
-    self.layout.operator("spectral_probe.compare", icon="IMAGE_DATA", text="Compare Spectral with RGB")
+    self.layout.operator("spectral_probe.render_and_compare", icon="IMAGE_DATA")
