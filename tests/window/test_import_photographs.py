@@ -8,7 +8,7 @@ def test_photographs_come_in(scenario, project_root, tmp_path):
     for file in [*gym.glob("*.dng"), gym / "plate.jpg"]:
         shutil.copy(file, tmp_path)
     preset = (
-        project_root / "presets" / "spectral_probe" / "capture" / "Canon_EOS_5D_Mark_II,_Chrome_Ball.toml"
+        project_root / "presets" / "spectral_probe" / "capture" / "Canon_5D_II,_Chrome_Ball.toml"
     )
     outcome = scenario("import_photographs", tmp_path, tmp_path / "plate.jpg", preset)
     three = [3, 3, 3]
