@@ -7,9 +7,7 @@ def test_photographs_come_in(scenario, project_root, tmp_path):
     gym = project_root / "sample_scenes" / "gym"
     for file in [*gym.glob("*.dng"), gym / "plate.jpg"]:
         shutil.copy(file, tmp_path)
-    preset = (
-        project_root / "presets" / "spectral_probe" / "capture" / "Canon_EOS_5D_Mark_II,_Chrome_Ball.toml"
-    )
+    preset = project_root / "presets" / "spectral_probe" / "capture" / "Canon_5D_II,_Chrome_Ball.toml"
     outcome = scenario("import_photographs", tmp_path, tmp_path / "plate.jpg", preset)
     three = [3, 3, 3]
     for place in ("VIEW_3D", "IMAGE_EDITOR"):
