@@ -16,7 +16,7 @@ def core(in_extension):
     return lambda name: in_extension(f"spectral_probe.{name}")
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def memory(in_extension):
     memory = in_extension("operators.bridge.opened_probe").MEMORY
     memory.forget()
@@ -25,7 +25,7 @@ def memory(in_extension):
 
 
 @pytest.fixture
-def settings(scene, tmp_path, core, memory):
+def settings(scene, tmp_path, core):
     """A probe of a daylight window at bearing 90 in a dim room; what lies below -60 degrees was not seen."""
     frames = core("geometry.frames")
     directions = frames.panorama_directions(HEIGHT, WIDTH)
