@@ -16,7 +16,7 @@ def core(in_extension):
     return lambda name: in_extension(f"spectral_probe.{name}")
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def memory(in_extension):
     memory = in_extension("operators.bridge.opened_probe").MEMORY
     memory.forget()
@@ -24,8 +24,8 @@ def memory(in_extension):
     memory.forget()
 
 
-@pytest.fixture
-def settings(scene, tmp_path, core, memory):
+@pytest.fixture(autouse=True)
+def settings(scene, tmp_path, core):
     """A probe of a daylight window at bearing 90 in a dim room; what lies below -60 degrees was not seen."""
     frames = core("geometry.frames")
     directions = frames.panorama_directions(HEIGHT, WIDTH)
@@ -68,7 +68,7 @@ def test_pick_direction_gives_what_the_function_gives(settings, shown, core):
     assert settings.spectrum.cct_kelvin == pytest.approx(6500, rel=0.01)
 
 
-def test_a_direction_that_no_view_saw_is_told_and_leaves_no_curve(settings, shown):
+def test_a_direction_that_no_view_saw_is_told_and_leaves_no_curve(shown):
     ops.pick_direction(azimuth=0.0, elevation=0.1)
     assert len(shown.points) == 61
     assert ops.pick_direction(azimuth=0.0, elevation=math.radians(-80)) == {"FINISHED"}
@@ -94,9 +94,9 @@ def test_a_direction_goes_where_it_is_for(settings, target):
 
 
 @pytest.mark.parametrize("operator", ["pick_direction", "draw_region"])
-def test_a_region_that_is_not_there_yet_is_told(settings, operator):
+def test_a_region_that_is_not_there_yet_is_told(operator):
     words = {} if operator == "pick_direction" else {"corners": "10 0, 30 0, 30 20"}
-    with pytest.raises(RuntimeError, match="There is no region yet. Add one in Swap first"):
+    with pytest.raises(RuntimeError, match=r"There is no region yet\. Add one in Swap first"):
         getattr(ops, operator)(target="SWAP", **words)
 
 
@@ -167,12 +167,12 @@ def test_show_panorama_shows_a_picture_of_the_probe(settings, picture, file, in_
     assert in_extension("operators.bridge.panorama_image").picture_of(image()) == picture
 
 
-def test_kinds_of_light_that_the_probe_does_not_tell(settings):
+def test_kinds_of_light_that_the_probe_does_not_tell():
     with pytest.raises(RuntimeError, match="does not tell how its light was recovered"):
         ops.show_panorama(picture="KINDS")
 
 
-def test_the_picture_follows_edits_and_undo(settings, in_extension, scene):
+def test_the_picture_follows_edits_and_undo(settings):
     settings.region.azimuth, settings.region.elevation = math.radians(90), math.radians(10)
     ops.show_panorama(picture="CONFIDENCE")
     ops.show_panorama(picture="LIGHT")
@@ -192,7 +192,7 @@ def test_the_picture_follows_edits_and_undo(settings, in_extension, scene):
     assert np.array_equal(np.array(image().pixels[:]), after)
 
 
-def test_a_probe_is_read_once_and_again_when_its_file_changed(settings, memory, tmp_path, core):
+def test_a_probe_is_read_once_and_again_when_its_file_changed(memory, tmp_path, core):
     path = tmp_path / "probe" / "probe.exr"
     first = memory.read(path)
     assert memory.read(path) is first
@@ -205,7 +205,7 @@ def test_a_probe_is_read_once_and_again_when_its_file_changed(settings, memory, 
     assert memory.peek(path) is None
 
 
-def test_the_mouse_finds_the_direction_whatever_lies_below_the_panorama(settings, in_extension):
+def test_the_mouse_finds_the_direction_whatever_lies_below_the_panorama(in_extension):
     """The image editor's own conversion, for a picture with a legend below it."""
     module = in_extension("operators.bridge.panorama_image")
     zoom, left, bottom = 2.5, 40.0, -30.0
@@ -232,7 +232,7 @@ def test_handlers_are_there_once_and_gone_after(in_extension):
 
 
 @pytest.mark.parametrize("name", ["panorama", "pick", "region", "other_regions"])
-def test_the_panels_draw(settings, drawn, name, shown):
+def test_the_panels_draw(drawn, name):
     ops.pick_direction(azimuth=math.radians(90), elevation=math.radians(10))
     for area in bpy.context.window_manager.windows[0].screen.areas:
         if area.type == "DOPESHEET_EDITOR":
