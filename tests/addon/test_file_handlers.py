@@ -115,9 +115,7 @@ def test_a_failed_save_changes_nothing(project):
 def test_handlers_come_and_go(extension, in_extension):
     handlers = in_extension("file_handlers")
     there = [handler for name in handlers._LISTS for handler in getattr(bpy.app.handlers, name)]
-    assert len([handler for handler in there if "spectral_probe" in handler.__module__]) == len(
-        handlers._LISTS
-    )
+    assert len([each for each in there if each.__module__ == handlers.__name__]) == len(handlers._LISTS)
     extension.unregister()
     try:
         left = [handler.__module__ for name in handlers._LISTS for handler in getattr(bpy.app.handlers, name)]

@@ -78,7 +78,29 @@ def captured(settings, folder):
     settings.probe_directory = str(folder / "built")
 
 
+def one_photo(settings, folder):
+    settings.views.add().photos.add().path = str(folder / "view_1.exr")
+
+
+def two_photos(settings, folder):
+    for _ in range(2):
+        view = settings.views.add()
+        view.photos.add().path = str(folder / "view_0.exr")
+        view.photos.add().path = str(folder / "view_1.exr")
+
+
 CASES = {
+    "add_photos": Case(one_photo, files=photo),
+    "choose_glass": Case(a_region, {"glass": "green"}),
+    "draw_region": Case(words={"corners": "10 0, 30 0, 30 20"}),
+    "import_photographs": Case(files=photo),
+    "join_views": Case(two_photos, {"other": "AFTER"}),
+    "move_photo": Case(two_photos, {"view": 2}),
+    "pick_direction": Case(words={"azimuth": 0.5, "elevation": 0.25}),
+    "remove_photo": Case(two_photos),
+    "show_panorama": Case(),
+    "show_photograph": Case(captured),
+    "spread_views": Case(two_photos),
     "add_glass": Case(a_region),
     "add_ground": Case(lambda settings, _: setattr(settings.backplate, "ground_source", "GIVEN")),
     "add_mask": Case(),
@@ -115,6 +137,11 @@ CASES = {
 
 NOT_WALKED = {
     "calibrate": "needs photographs of a board; sets fields as import_capture does",
+    "choose_lamp": "as choose_glass",
+    "edit_outline": "a tool of the window: tests/window walks it",
+    "edit_region": "a tool of the window: tests/window walks it",
+    "load_preset": "sets fields as import_capture does",
+    "save_preset": "changes a file of the user's, not the scene",
     "compare": "needs a render; keeps numbers as show_spectrum does",
     "composite": "needs a render; keeps numbers as show_spectrum does",
     "match_backplate": "needs real photographs",
