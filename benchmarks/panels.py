@@ -62,7 +62,8 @@ def draw_s(panel: Any) -> float | None:
         region = next((region for region in area.regions if region.type == panel.bl_region_type), None)
         place |= {"area": area} | ({} if region is None else {"region": region})
     material = next(iter(bpy.data.materials), None)
-    with context.temp_override(**place, material=material):
+    light = next(iter(bpy.data.lights), None)
+    with context.temp_override(**place, material=material, light=light):
         if hasattr(panel, "poll") and not panel.poll(context):
             return None
         layout = context.window_manager.popmenu_begin__internal("panel").layout.column()
@@ -80,6 +81,10 @@ def main() -> None:
     parser.add_argument("scene", type=Path, metavar="SCENE.blend")
     parser.add_argument("--draws", type=int, default=200)
     arguments = parser.parse_args()
+    standard_output = os.dup(1)
+    os.dup2(
+        os.open(os.devnull, os.O_WRONLY), 1
+    )  # without a window Blender has no icons, and says so for each
     with tempfile.TemporaryDirectory() as folder:
         os.environ["BLENDER_USER_RESOURCES"] = folder
         import bpy
@@ -103,6 +108,7 @@ def main() -> None:
         if seconds
     }
     slowest_first = dict(sorted(shown.items(), key=lambda item: -item[1]["median_ms"]))
+    os.dup2(standard_output, 1)
     hidden = [name for name, seconds in times_s.items() if not seconds]
     print(json.dumps({"panels": slowest_first, "not_shown": hidden}, indent=1))  # noqa: T201
 
