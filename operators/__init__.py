@@ -29,6 +29,7 @@ from .edit_region import SPECTRAL_PROBE_OT_edit_region
 from .find_files import SPECTRAL_PROBE_OT_find_files, SPECTRAL_PROBE_OT_make_paths
 from .import_capture import SPECTRAL_PROBE_OT_import_capture
 from .import_photographs import SPECTRAL_PROBE_FH_photographs, SPECTRAL_PROBE_OT_import_photographs
+from .light_from_photographs import SPECTRAL_PROBE_OT_light_from_photographs
 from .light_world import SPECTRAL_PROBE_OT_light_world
 from .match_backplate import SPECTRAL_PROBE_OT_add_ground, SPECTRAL_PROBE_OT_match_backplate
 from .move_photo import (
@@ -43,6 +44,7 @@ from .pick_direction import SPECTRAL_PROBE_OT_pick_direction
 from .plan_render import SPECTRAL_PROBE_OT_plan_render
 from .preset import SPECTRAL_PROBE_OT_load_preset, SPECTRAL_PROBE_OT_save_preset
 from .remove_edit import SPECTRAL_PROBE_OT_remove_edit
+from .render_and_compare import SPECTRAL_PROBE_OT_render_and_compare
 from .render_folder import SPECTRAL_PROBE_OT_own_render_folder
 from .render_spectral import SPECTRAL_PROBE_OT_render_animation, SPECTRAL_PROBE_OT_render_spectral
 from .replace_lamp import SPECTRAL_PROBE_OT_replace_lamp
@@ -104,6 +106,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_add_mask,
         SPECTRAL_PROBE_OT_seed_from_view,
         SPECTRAL_PROBE_OT_light_world,
+        SPECTRAL_PROBE_OT_light_from_photographs,
         SPECTRAL_PROBE_OT_match_backplate,
         SPECTRAL_PROBE_OT_add_ground,
         SPECTRAL_PROBE_OT_add_object,
@@ -117,6 +120,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_plan_render,
         SPECTRAL_PROBE_OT_render_spectral,
         SPECTRAL_PROBE_OT_render_animation,
+        SPECTRAL_PROBE_OT_render_and_compare,
         SPECTRAL_PROBE_OT_use_cycles,
         SPECTRAL_PROBE_OT_swap_light,
         SPECTRAL_PROBE_OT_composite,

@@ -7,6 +7,7 @@ from bpy.props import CollectionProperty, StringProperty
 
 from ..spectral_probe.errors import CaptureError
 from .base import FINISHED, OperatorResult, ReportsErrors
+from .typed import path_text
 
 
 class SPECTRAL_PROBE_OT_add_own_light(ReportsErrors, bpy.types.Operator):
@@ -34,7 +35,7 @@ class SPECTRAL_PROBE_OT_add_own_light(ReportsErrors, bpy.types.Operator):
             read_spectrum_csv(path)
         known = context.scene.spectral_probe.known_light
         for path in paths:
-            known.own_lights.add().path = str(path)
+            known.own_lights.add().path = path_text(path)
         known.active_own_light = len(known.own_lights) - 1
         return FINISHED
 

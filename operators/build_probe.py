@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
+from ..spectral_probe.errors import CaptureError
 from ..spectral_probe.model import Capture, Job, part
 from .job import JobOperator
 from .polls import has_photographs
@@ -49,11 +51,16 @@ class SPECTRAL_PROBE_OT_build_probe(JobOperator, bpy.types.Operator):
 
     def done(self, context: bpy.types.Context, result: Probe) -> None:
         """Keep the report's numbers in the scene."""
-        settings = context.scene.spectral_probe
-        keep_probe(settings, result.report)
-        self.report(
-            {"INFO"},
-            f"Probe built: {settings.probe.blind_fraction:.1%} blind, {settings.probe.seconds:.1f} s",
-        )
-        for warning in result.report["warnings"]:  # last, because the status bar shows the last report
-            self.report({"WARNING"}, warning)
+        keep_built(self, context, result)
+
+
+def keep_built(operator: JobOperator, context: bpy.types.Context, result: Probe) -> None:
+    """Keep the numbers of a probe's report in the scene, and tell them."""
+    settings = context.scene.spectral_probe
+    if len(settings.views) != len(result.report["views"]):
+        raise CaptureError(rpt_("Views were added or removed meanwhile. Build the probe again."))
+    keep_probe(settings, result.report)
+    text = rpt_("Probe built: {blind:.1%} blind, {seconds:.1f} s")
+    operator.tell("INFO", text.format(blind=settings.probe.blind_fraction, seconds=settings.probe.seconds))
+    for warning in result.report["warnings"]:  # last, because the status bar shows the last report
+        operator.tell("WARNING", warning)

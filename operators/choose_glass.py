@@ -7,7 +7,7 @@ from functools import lru_cache
 import bpy
 from bpy.props import EnumProperty
 
-from .base import FINISHED, OperatorResult, ReportsErrors
+from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
 from .polls import has_probe, has_region
 
 type Items = list[tuple[str, str, str]]
@@ -49,9 +49,15 @@ class ChoosesFromList(ReportsErrors):
         context.window_manager.invoke_search_popup(self)
         return {"RUNNING_MODAL"}
 
-
-def _how() -> str:
-    return "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
+    def put(self, verb: str) -> OperatorResult:
+        """Start the operator that puts it into the region."""
+        how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
+        try:
+            getattr(bpy.ops.spectral_probe, verb)(how, True)
+        except RuntimeError as problem:  # what that operator reported
+            self.report({"ERROR"}, str(problem).strip().removeprefix("Error: "))
+            return CANCELLED
+        return FINISHED
 
 
 class SPECTRAL_PROBE_OT_choose_glass(ChoosesFromList, bpy.types.Operator):
@@ -67,8 +73,7 @@ class SPECTRAL_PROBE_OT_choose_glass(ChoosesFromList, bpy.types.Operator):
         """Put it there as Add Glass does."""
         region = context.scene.spectral_probe.region
         region.glass, region.glass_path = self.glass, ""
-        bpy.ops.spectral_probe.add_glass(_how(), True)
-        return FINISHED
+        return self.put("add_glass")
 
 
 class SPECTRAL_PROBE_OT_choose_lamp(ChoosesFromList, bpy.types.Operator):
@@ -86,5 +91,4 @@ class SPECTRAL_PROBE_OT_choose_lamp(ChoosesFromList, bpy.types.Operator):
         """Put it there as Replace Lamp does."""
         region = context.scene.spectral_probe.region
         region.lamp, region.lamp_path = self.lamp, ""
-        bpy.ops.spectral_probe.replace_lamp(_how(), True)
-        return FINISHED
+        return self.put("replace_lamp")

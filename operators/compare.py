@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Job
 from .job import JobOperator
@@ -70,9 +71,17 @@ class SPECTRAL_PROBE_OT_compare(JobOperator, bpy.types.Operator):
 
     def done(self, context: bpy.types.Context, result: Numbers) -> None:
         """Keep the numbers in the scene and show the sheet."""
-        settings = context.scene.spectral_probe
-        keep_comparison(settings, result)
-        show(Path(result["written"]) / "sheet.png", "Comparison")
-        self.report(
-            {"INFO"}, f"RGB differs from spectral by ΔE {settings.comparison.mean_de2000:.2f} on average"
-        )
+        keep_compared(self, context, result)
+
+
+def keep_compared(operator: JobOperator, context: bpy.types.Context, result: Numbers) -> None:
+    """Keep the numbers of a comparison in the scene, show its sheet, and tell the mean."""
+    settings = context.scene.spectral_probe
+    keep_comparison(settings, result)
+    show(Path(result["written"]) / "sheet.png", "Comparison")
+    operator.tell(
+        "INFO",
+        rpt_("RGB differs from spectral by ΔE {mean:.2f} on average").format(
+            mean=settings.comparison.mean_de2000
+        ),
+    )

@@ -9,6 +9,7 @@ from ..spectral_probe.model import Job
 from .job import JobOperator
 from .pictures import show
 from .polls import has_probe, has_render_files
+from .results import kept_path
 from .settings import folder_of, probe_folder
 
 type Numbers = dict[str, Any]
@@ -56,7 +57,7 @@ class SPECTRAL_PROBE_OT_composite(JobOperator, bpy.types.Operator):
     def done(self, context: bpy.types.Context, result: Numbers) -> None:
         """Keep the numbers in the scene, show the picture, and say what is less than right."""
         settings = context.scene.spectral_probe.composite
-        settings.directory = result["written"]
+        settings.directory = kept_path(result["written"], context.scene.spectral_probe.render_directory)
         settings.changed_fraction = result["changed_fraction"]
         settings.remarks = "\n".join(result["remarks"])
         pictures = [Path(result["written"]) / f"{name}.png" for name in (settings.show, "composite")]

@@ -7,6 +7,7 @@ from tempfile import mkdtemp
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
+from ..spectral_probe.errors import CaptureError
 from ..spectral_probe.model import Capture, Job, Progress
 from .job import JobOperator
 from .pictures import show_image
@@ -51,6 +52,12 @@ def find_outlines(
     return results
 
 
+def views_with_balls(capture: Capture) -> list[int]:
+    """The views to look for the ball in: through a filter it is where it is without."""
+    everything = list(range(len(capture.views)))
+    return [number for number in everything if capture.views[number].filter is None] or everything
+
+
 class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
     """Find the ball's outline in the photographs and show it in the image editor"""
 
@@ -68,31 +75,35 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
         """Look in every view, or in the active one."""
         settings = context.scene.spectral_probe
         capture = capture_from(settings)
-        numbers = [settings.active_view]
-        if settings.all_views:  # through a filter the ball is where it is without
-            everything = list(range(len(capture.views)))
-            numbers = [number for number in everything if capture.views[number].filter is None] or everything
+        numbers = views_with_balls(capture) if settings.all_views else [settings.active_view]
         directory = Path(mkdtemp(prefix="outlines_", dir=bpy.app.tempdir))
         return find_outlines(capture, numbers, directory, settings.overlay.exposure_ev)
 
     def done(self, context: bpy.types.Context, result: list[FoundOutline]) -> None:
         """Keep the outlines in the views; show that of the active view."""
-        from .bridge.photograph_image import keep_picture
+        keep_found(self, context, result)
 
-        settings = context.scene.spectral_probe
-        for one in result:
-            view, picture = settings.views[one.view], one.development
-            keep_outline(view, one.found)
-            keep_picture(view, picture.picture, picture.size_px, picture.photo)
-        shown = next((one for one in result if one.view == settings.active_view), result[0])
-        show_image(settings.views[shown.view].shown.picture)
-        worst_px = max(one.found.outline.rms_px for one in result)
-        self.report(
-            {"INFO"},
-            rpt_("Ball found in {views} view(s), RMS at most {rms:.2f} px").format(
-                views=len(result), rms=worst_px
-            ),
-        )
-        for one in result:
-            for warning in one.found.warnings:
-                self.report({"WARNING"}, warning)
+
+def keep_found(operator: JobOperator, context: bpy.types.Context, result: list[FoundOutline]) -> None:
+    """Keep the outlines in the views, show that of the active view, and tell how good they are."""
+    from .bridge.photograph_image import keep_picture
+
+    settings = context.scene.spectral_probe
+    if max(one.view for one in result) >= len(settings.views):
+        raise CaptureError(rpt_("Views were removed meanwhile. Detect the ball again."))
+    for one in result:
+        view, picture = settings.views[one.view], one.development
+        keep_outline(view, one.found)
+        keep_picture(view, picture.picture, picture.size_px, picture.photo)
+    shown = next((one for one in result if one.view == settings.active_view), result[0])
+    show_image(settings.views[shown.view].shown.picture)
+    worst_px = max(one.found.outline.rms_px for one in result)
+    operator.tell(
+        "INFO",
+        rpt_("Ball found in {views} view(s), RMS at most {rms:.2f} px").format(
+            views=len(result), rms=worst_px
+        ),
+    )
+    for one in result:
+        for warning in one.found.warnings:
+            operator.tell("WARNING", warning)

@@ -171,12 +171,11 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         if answer is None:
             return RUNNING
         found, final = answer
-        keep_outline(view, found)
+        done = final and not self._dragging
+        keep_outline(view, found, dragging=not done)
         context.area.tag_redraw()
-        if not final or self._dragging:
+        if not done:
             return RUNNING
-        if view.outline_source == "SNAP" and not found.warnings:  # the handles lie on the rim that was found
-            view.outline_px = view.shown.fitted_px
         for warning in found.warnings:
             self.report({"WARNING"}, warning)
         return self._end(context, FINISHED)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import EnumProperty, StringProperty
 
 from ..spectral_probe.errors import CaptureError
-from ..spectral_probe.model import Job
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .bridge import own_paths
 from .job import JobOperator
 from .missing import keep_missing
+
+if TYPE_CHECKING:
+    from ..spectral_probe.model import Job
 
 
 class SPECTRAL_PROBE_OT_find_files(JobOperator, bpy.types.Operator):

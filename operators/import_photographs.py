@@ -38,7 +38,7 @@ class SPECTRAL_PROBE_OT_import_photographs(JobOperator, bpy.types.Operator):
     """Import photographs of a mirrored ball, and sort them into brackets and views by their exposures and times"""
 
     bl_idname = "spectral_probe.import_photographs"
-    bl_label = "Import Mirrored Ball Photographs"
+    bl_label = "Import Photographs"
 
     in_thread = True
 
@@ -100,8 +100,8 @@ class SPECTRAL_PROBE_OT_import_photographs(JobOperator, bpy.types.Operator):
         else:
             report, told = self._add(settings, result)
         for warning in (*result.refused, *told):
-            self.report({"WARNING"}, warning)
-        self.report({"INFO"}, report)
+            self.tell("WARNING", warning)
+        self.tell("INFO", report)
 
     def _add(self, settings: bpy.types.PropertyGroup, result: Found) -> tuple[str, list[str]]:
         """Add views for photographs that no capture file describes; the report, and warnings."""

@@ -45,6 +45,9 @@ def progress_shown(context: bpy.types.Context, operator: str) -> Iterator[Show]:
 
 
 def _redraw(window_manager: bpy.types.WindowManager) -> None:
+    """Draw again what shows progress: sidebars and properties, never a viewport, which may take long."""
     for window in window_manager.windows:
         for area in window.screen.areas:
-            area.tag_redraw()
+            for region in area.regions:
+                if region.type == "UI" or (area.type == "PROPERTIES" and region.type == "WINDOW"):
+                    region.tag_redraw()

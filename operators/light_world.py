@@ -9,6 +9,9 @@ from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import has_probe
 from .settings import probe_folder
 
+WORLD_NAME = "world.exr"
+"""The panorama in ordinary colour, among the files of a probe."""
+
 
 class SPECTRAL_PROBE_OT_light_world(ReportsErrors, bpy.types.Operator):
     """Light the scene's world with the probe, as ordinary colour; spectral renders use its spectra"""
@@ -38,7 +41,7 @@ class SPECTRAL_PROBE_OT_light_world(ReportsErrors, bpy.types.Operator):
         """Give the scene a world with the probe's panorama."""
         from .bridge.world import light_world
 
-        path = probe_folder(context.scene.spectral_probe) / "world.exr"
+        path = probe_folder(context.scene.spectral_probe) / WORLD_NAME
         strength = self.strength / mean_luminance(path) if self.normalise else self.strength
         light_world(context.scene, path, rotation_rad=self.rotation, strength=strength)
         self.report({"INFO"}, f"{context.scene.world.name} lights the scene")

@@ -32,11 +32,17 @@ def paths_in(settings: bpy.types.PropertyGroup) -> set[Path]:
 
 
 def add_views(settings: bpy.types.PropertyGroup, groups: Sequence[ViewGroup]) -> None:
-    """Append views, make the first of them active, and give all of them bearings."""
+    """Append views, make the first of them active, and give them bearings.
+
+    A single photograph among brackets, which may show no ball, takes no place in the circle.
+    """
     before = len(settings.views)
-    for group in groups:
+    brackets = [group for group in groups if "one photograph" not in group.hints]
+    for group in brackets:
         add_photos(settings.views.add(), [record.path for record in group.photos])
     place_views(settings, range(before, len(settings.views)))
+    for group in groups[len(brackets) :]:
+        add_photos(settings.views.add(), [record.path for record in group.photos])
     settings.active_view = before if groups else settings.active_view
 
 
@@ -138,7 +144,7 @@ def remarks(grouping: Grouping, first: int, equal: bool, camera_model: str) -> l
     elif unexposed:
         told.append(
             rpt_(
-                "{files} state no exposure, views are told by names: give the exposure times in Photographs"
+                "Told apart by names, for want of an exposure time: {files}. Give the times in Photographs"
             ).format(files=named(unexposed))
         )
     records = [record for view in views for record in view.photos]

@@ -14,6 +14,7 @@ from bpy.props import EnumProperty, FloatProperty
 from ..spectral_probe.errors import SpectralProbeError
 from .base import FINISHED, OperatorResult
 from .bridge.opened_probe import MEMORY
+from .bridge.panorama_image import redraw_panoramas
 from .direction_target import TARGETS, put_direction
 from .job import RUNNING
 from .pointing import PointsAtPanorama
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from ..spectral_probe.spectrum_command import DirectionSpectrum
 
 _KINDS_SHOWN = 3
+_TICK_S = 0.1
 
 
 class SPECTRAL_PROBE_OT_pick_direction(PointsAtPanorama, bpy.types.Operator):
@@ -54,6 +56,8 @@ class SPECTRAL_PROBE_OT_pick_direction(PointsAtPanorama, bpy.types.Operator):
     )
 
     _reading: Future[Any] | None = None
+    _timer: bpy.types.Timer | None = None
+    _at: tuple[float, float] | None = None  # where the mouse is while the probe is being read
 
     def run(self, context: bpy.types.Context) -> OperatorResult:
         """Take the direction given, and compute what its light is."""
@@ -71,6 +75,26 @@ class SPECTRAL_PROBE_OT_pick_direction(PointsAtPanorama, bpy.types.Operator):
         with_one = ThreadPoolExecutor(max_workers=1)
         self._reading = with_one.submit(_read, path)
         with_one.shutdown(wait=False)
+        self._timer = context.window_manager.event_timer_add(_TICK_S, window=context.window)
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        """Called by Blender for every event: once the probe was read the light under the mouse is shown, moved or not."""
+        if event.type == "TIMER" and self._reading is not None and self._reading.done():
+            self._stop_waiting(context)
+            if self._at is not None and self._reading.exception() is None:
+                show_direction(context, self._reading.result(), *self._at)
+                redraw_panoramas(context.window_manager)
+        return super().modal(context, event)
+
+    def end(self, context: bpy.types.Context) -> None:
+        """Leave nothing behind, the timer included."""
+        self._stop_waiting(context)
+        super().end(context)
+
+    def _stop_waiting(self, context: bpy.types.Context) -> None:
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
 
     def restore(self, context: bpy.types.Context) -> None:
         """Nothing was changed but what is shown."""
@@ -89,6 +113,7 @@ class SPECTRAL_PROBE_OT_pick_direction(PointsAtPanorama, bpy.types.Operator):
             return RUNNING
         azimuth_deg, elevation_deg = place[3]
         if not self._reading.done():
+            self._at = (azimuth_deg, elevation_deg)
             wait(context, azimuth_deg, elevation_deg)
             return RUNNING
         panorama = self._reading.result()

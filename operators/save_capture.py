@@ -8,6 +8,7 @@ from bpy.props import BoolProperty, StringProperty
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import has_views
 from .settings import capture_from
+from .typed import path_text
 
 
 class SPECTRAL_PROBE_OT_save_capture(ReportsErrors, bpy.types.Operator):
@@ -38,6 +39,6 @@ class SPECTRAL_PROBE_OT_save_capture(ReportsErrors, bpy.types.Operator):
         settings = context.scene.spectral_probe
         path = Path(bpy.path.ensure_ext(bpy.path.abspath(self.filepath), ".toml"))
         save_capture(capture_from(settings), path)
-        settings.capture_path = str(path)
+        settings.capture_path = path_text(path)
         self.report({"INFO"}, f"Saved {path.name}")
         return FINISHED

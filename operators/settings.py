@@ -23,7 +23,7 @@ from .settings_light import (
     own_lights_from,
     regions_from,
 )
-from .typed import decimal, degrees, path_of
+from .typed import decimal, degrees, path_of, path_text
 
 _FRACTION = re.compile(r"\s*([A-Z][a-z]?)\s*[\s=:]\s*([0-9]*\.?[0-9]+)\s*")
 
@@ -88,7 +88,7 @@ def capture_from(settings: bpy.types.PropertyGroup) -> Capture:
 
 def fill(settings: bpy.types.PropertyGroup, capture: Capture, path: Path) -> None:
     """Put a capture into the settings of a scene; what an earlier capture gave is cleared."""
-    settings.capture_path = str(path)
+    settings.capture_path = path_text(path)
     _fill_camera(settings.camera, capture.camera)
     settings.ball_radius = capture.ball.radius_m / settings.id_data.unit_settings.scale_length
     settings.ball_material = material_text(capture.ball.material)
@@ -110,7 +110,7 @@ def fill(settings: bpy.types.PropertyGroup, capture: Capture, path: Path) -> Non
 def add_photos(view: bpy.types.PropertyGroup, paths: list[Path]) -> None:
     """Append photographs to a view, which is named after the first."""
     for path in paths:
-        view.photos.add().path = str(path)
+        view.photos.add().path = path_text(path)
     if not view.name and paths:
         view.name = paths[0].stem
 
@@ -209,8 +209,8 @@ def _own_camera(model: str) -> Path | None:
 
 def _fill_camera(camera: bpy.types.PropertyGroup, given: CameraSettings) -> None:
     camera.model = given.model or ""
-    camera.sensitivities = str(given.sensitivities or "")
-    camera.calibration = str(given.calibration or "")
+    camera.sensitivities = path_text(given.sensitivities) if given.sensitivities else ""
+    camera.calibration = path_text(given.calibration) if given.calibration else ""
     camera.focal_px = given.focal_px or (0.0, 0.0)
     camera.half_size = given.half_size
     camera.sensor_width_mm = given.sensor_width_mm or 0.0

@@ -11,7 +11,7 @@ import bpy
 from ..spectral_probe.errors import CaptureError, SpectralDataError
 from ..spectral_probe.light_settings import CalibrationSettings, Rectangle, Region, RegionLight
 from ..spectral_probe.model import Capture
-from .typed import corners_of, decimal, degrees, path_of
+from .typed import corners_of, decimal, degrees, path_of, path_text
 
 
 def filter_from(text: str) -> str | Path | None:
@@ -78,7 +78,7 @@ def fill_known_light(settings: bpy.types.PropertyGroup, capture: Capture) -> Non
     settings.property_unset("known_light")
     known = settings.known_light
     for path in capture.spectra:
-        known.own_lights.add().path = str(path)
+        known.own_lights.add().path = path_text(path)
     for number, light in enumerate(capture.regions, 1):
         region = known.regions.add()
         region.name = f"Region {number}"
@@ -114,12 +114,12 @@ def _fill_region(group: bpy.types.PropertyGroup, light: RegionLight) -> None:
             f"{bearing:g} {elevation:g}" for bearing, elevation in region.polygon_deg
         )
     elif region.mask is not None:
-        group.place, group.mask = "MASK", str(region.mask)
+        group.place, group.mask = "MASK", path_text(region.mask)
     elif region.seed_deg is not None:
         group.place = "SEED"
         group.bearing, group.elevation = map(math.radians, region.seed_deg)
     if light.spectrum is not None:
-        group.light, group.spectrum = "SPECTRUM", str(light.spectrum)
+        group.light, group.spectrum = "SPECTRUM", path_text(light.spectrum)
     else:
         fill_families(group, light.families or ())
 
@@ -133,10 +133,10 @@ def _fill_calibration(group: bpy.types.PropertyGroup, given: CalibrationSettings
         group.bearing, group.elevation = map(math.radians, given.light_at)
     group.light = "ILLUMINANT" if given.spectrum is None else "SPECTRUM"
     group.illuminant = given.illuminant or "A"
-    group.spectrum = str(given.spectrum or "")
+    group.spectrum = path_text(given.spectrum) if given.spectrum else ""
     group.absolute = given.absolute
     if isinstance(given.reflectance, Path):
-        group.reflectance_path = str(given.reflectance)
+        group.reflectance_path = path_text(given.reflectance)
     else:
         group.reflectance = given.reflectance
     group.has_ball_patch = given.ball_patch_px is not None

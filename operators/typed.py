@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from pathlib import Path
 
@@ -16,7 +17,17 @@ _CORNER = re.compile(rf"{_NUMBER}(?:\s*,\s*|\s+){_NUMBER}")
 
 def path_of(text: str) -> Path | None:
     """Absolute path of a path property, or None where it is empty."""
-    return Path(bpy.path.abspath(text)) if text else None
+    return Path(os.path.normpath(bpy.path.abspath(text))) if text else None
+
+
+def path_text(path: Path | str) -> str:
+    """A path as a property keeps it: relative to a saved .blend where Blender's preference is Relative Paths."""
+    if bpy.data.filepath and bpy.context.preferences.filepaths.use_relative_paths:
+        try:
+            return str(bpy.path.relpath(str(path)))
+        except ValueError:  # on another drive
+            pass
+    return str(path)
 
 
 def decimal(value: float) -> float:

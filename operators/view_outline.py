@@ -76,8 +76,11 @@ def develop(
     return write_picture(folder / name, picture), (times * width, times * height)
 
 
-def keep_outline(view: bpy.types.PropertyGroup, found: ViewOutline) -> None:
-    """Keep an outline in its view's settings."""
+def keep_outline(view: bpy.types.PropertyGroup, found: ViewOutline, *, dragging: bool = False) -> None:
+    """Keep an outline in its view's settings.
+
+    The circle that is corrected by hand becomes the one found, unless it is given as it is, or in the mouse's hand.
+    """
     outline = found.outline
     view.has_outline = True
     view.found_centre_px = outline.centre_px
@@ -88,6 +91,6 @@ def keep_outline(view: bpy.types.PropertyGroup, found: ViewOutline) -> None:
     for photo, shift in zip(view.photos, found.shifts_px, strict=False):
         photo.shift_px = shift
     mean_px = sum(outline.semi_axes_px) / 2
-    if view.outline_source == "AUTOMATIC":  # a start for whoever wants to correct it by hand
+    if view.outline_source != "GIVEN" and not dragging:
         view.outline_px = (*outline.centre_px, mean_px)
     view.shown.fitted_px = (*outline.centre_px, mean_px)

@@ -19,13 +19,13 @@ from .files import SPECTRAL_PROBE_PT_files, draw_external_data
 from .guide import SPECTRAL_PROBE_PT_main
 from .image_ball import SPECTRAL_PROBE_PT_image_ball, SPECTRAL_PROBE_PT_image_overlay
 from .known_light import SPECTRAL_PROBE_PT_calibration, SPECTRAL_PROBE_PT_region_lights
+from .light_probe import SPECTRAL_PROBE_PT_light_probe
 from .lists import (
     SPECTRAL_PROBE_UL_own_lights,
     SPECTRAL_PROBE_UL_photos,
     SPECTRAL_PROBE_UL_region_lights,
     SPECTRAL_PROBE_UL_views,
 )
-from .main import SPECTRAL_PROBE_PT_light_probe
 from .material import SPECTRAL_PROBE_PT_light, SPECTRAL_PROBE_PT_material
 from .objects import SPECTRAL_PROBE_PT_objects
 from .panorama import (
@@ -92,12 +92,12 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_light_swatches,
         SPECTRAL_PROBE_MT_add_metal,
         SPECTRAL_PROBE_PT_torrance_sparrow,
+        SPECTRAL_PROBE_PT_image_ball,
+        SPECTRAL_PROBE_PT_image_overlay,
         SPECTRAL_PROBE_PT_panorama,
         SPECTRAL_PROBE_PT_pick,
         SPECTRAL_PROBE_PT_region,
         SPECTRAL_PROBE_PT_other_regions,
-        SPECTRAL_PROBE_PT_image_ball,
-        SPECTRAL_PROBE_PT_image_overlay,
     )
 )
 

@@ -1,4 +1,6 @@
-"""Files: what is missing, the packed probe, settings of a later version. Also our part of File > External Data."""
+"""Files: the packed probe, how paths are written, what is missing. Also our part of File > External Data."""
+
+from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
@@ -16,16 +18,9 @@ class SPECTRAL_PROBE_PT_files(InWorld, bpy.types.Panel):
     bl_label = "Files"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012  (Blender's own form)
 
-    def draw_header(self, context: bpy.types.Context) -> None:
-        """A sign that something is missing, to be seen where the panel is closed."""
-        if still_missing(context):
-            self.layout.label(icon="ERROR")
-
     def draw(self, context: bpy.types.Context) -> None:
-        """Draw what is missing, and the copy of the probe."""
+        """Draw the copy of the probe, and how paths are written."""
         layout, settings = self.layout, context.scene.spectral_probe
-        draw_newer(layout, context)
-        _draw_missing(layout, context)
         files = settings.packed.files
         row = layout.row(align=True)
         row.operator("spectral_probe.pack_probe", icon="PACKAGE")
@@ -33,7 +28,10 @@ class SPECTRAL_PROBE_PT_files(InWorld, bpy.types.Panel):
         if files:
             size = sum(item.size_bytes for item in files) / 1e6
             text = iface_("The .blend holds the probe: {count} files, {size:.1f} MB")
-            results(layout).label(text=text.format(count=len(files), size=size), translate=False)
+            paragraph(results(layout), context, text.format(count=len(files), size=size), "NONE")
+        row = layout.row(align=True)
+        row.operator("spectral_probe.make_paths", text="Paths Relative").form = "RELATIVE"
+        row.operator("spectral_probe.make_paths", text="Paths Absolute").form = "ABSOLUTE"
 
 
 def draw_newer(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -45,15 +43,19 @@ def draw_newer(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         paragraph(layout, context, text, "ERROR")
 
 
-def _draw_missing(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+def draw_missing(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Files that are missing, and the button that finds them; nothing where none is."""
     gone = still_missing(context)
     if not gone:
         return
     column = results(layout)
+    column.label(
+        text=iface_("Files are missing: {count}").format(count=len(gone)), icon="ERROR", translate=False
+    )
     for path in gone[:_NAMED]:
-        paragraph(column, context, path, "LIBRARY_DATA_BROKEN")
+        column.label(text="/".join(Path(path).parts[-2:]), icon="BLANK1", translate=False)
     if len(gone) > _NAMED:
-        column.label(text=iface_("and {count} more").format(count=len(gone) - _NAMED), translate=False)
+        column.label(text="...", icon="BLANK1", translate=False)
     layout.operator("spectral_probe.find_files", icon="VIEWZOOM")
 
 

@@ -39,7 +39,7 @@ class SPECTRAL_PROBE_PT_image_ball(InImageEditor, bpy.types.Panel):
             if view.outline_minor_px > 0:
                 column.prop(view, "outline_angle")
         if view.has_outline and view.outline_source != "AUTOMATIC" and changed_since(view):
-            layout.label(text="Changed since: press Detect Ball", icon="INFO")
+            layout.label(text="Changed: Detect Ball fits it again", icon="INFO")
         detect = layout.row(align=True)
         job_button(detect, context, "spectral_probe.detect_ball", "VIEWZOOM")
         detect.prop(settings, "all_views", toggle=True)

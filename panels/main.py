@@ -56,18 +56,6 @@ class InProperties:
     bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
 
-class SPECTRAL_PROBE_PT_light_probe(bpy.types.Panel):
-    """The parent of the stages from photographs to light."""
-
-    bl_label = "Spectral Probe"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "world"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        """Draw nothing: the stages say it all."""
-
-
 def job_button(layout: bpy.types.UILayout, context: bpy.types.Context, operator: str, icon: str) -> None:
     """The button of a long job; its progress while it runs."""
     running = context.window_manager.spectral_probe

@@ -30,7 +30,6 @@ from .photo.align import align, register
 from .photo.bracket import MergedBracket, merge_bracket
 from .photo.exposure import resolve_exposures
 from .photo.read import read_photograph
-from .spectra.camera import camera_names
 
 _MARGIN_PX = 12
 """Pixels round the ball that are kept: whoever resamples at its rim needs some."""
@@ -152,6 +151,8 @@ def _check_kind(capture: Capture, photographs: Sequence[Photograph]) -> bool:
     if len(kinds) > 1:
         raise CaptureError("A view mixes raw and converted photographs (JPEG). Use one kind.")
     if photographs[0].camera_raw and capture.camera.model is None and capture.camera.sensitivities is None:
+        from .spectra.camera import camera_names  # takes seconds to import: not to find balls
+
         raise CaptureError(
             f"{photographs[0].path.name} is camera raw, so its camera must be known. Add to [camera] a model "
             f'({", ".join(camera_names()[:-1])}) or sensitivities = "camera.csv".'

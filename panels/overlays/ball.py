@@ -71,10 +71,10 @@ def draw_ball() -> None:
     hand = outline_of(view) if view.outline_source != "AUTOMATIC" else None
     gpu.state.blend_set("ALPHA")
     try:
-        if view.has_outline:
-            _draw_found(context, view, overlay, space, unit)
         if hand is not None:
             _draw_hand(context, hand, space, unit)
+        if view.has_outline:
+            _draw_found(context, view, overlay, space, unit)
         _draw_text(view, number, unit)
     finally:
         gpu.state.blend_set("NONE")

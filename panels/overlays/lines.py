@@ -84,9 +84,11 @@ def disc(_context: bpy.types.Context, centre: Sequence[float], radius: float, rg
 def text(words: str, x: float, y: float, size: float, rgba: Rgba) -> float:
     """Letters from (x, y) on; returns how wide they are."""
     import blf
+    import gpu
 
     blf.size(_FONT, size)
     blf.color(_FONT, *rgba)
     blf.position(_FONT, x, y, 0)
     blf.draw(_FONT, words)
+    gpu.state.blend_set("ALPHA")  # letters leave another way of blending behind
     return float(blf.dimensions(_FONT, words)[0])

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _WIDTH, _PLOT_HEIGHT = 300.0, 110.0
 _MARGIN, _LINE, _LETTERS, _SMALL = 12.0, 16.0, 11.0, 9.0
-_GROUND: Rgba = (0.08, 0.085, 0.1, 0.88)
+_GROUND: Rgba = (0.08, 0.085, 0.1, 0.92)
 _INK: Rgba = (0.95, 0.95, 0.95, 1.0)
 _SOFT: Rgba = (0.65, 0.67, 0.7, 1.0)
 _GRID: Rgba = (1.0, 1.0, 1.0, 0.14)
@@ -74,7 +74,11 @@ def _place(
     free = region.width - _covered_right(context)
     left = x + _AWAY * unit if x + _AWAY * unit + width < free else x - _AWAY * unit - width
     bottom = min(max(y - height / 2, 4 * unit), region.height - height - 4 * unit)
-    return max(left, 4 * unit), bottom
+    if left < 4 * unit:  # no room beside it: below, or above
+        left = min(max(x - width / 2, 4 * unit), max(free - width - 4 * unit, 4 * unit))
+        below = y - _AWAY * unit - height
+        bottom = below if below > 4 * unit else y + _AWAY * unit
+    return left, bottom
 
 
 def _covered_right(context: bpy.types.Context) -> int:

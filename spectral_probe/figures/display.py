@@ -13,7 +13,6 @@ import numpy.typing as npt
 from ..errors import FileFormatError
 from ..files.atomic import written_whole
 from ..model import BoolArray, FloatArray
-from ..spectra.colorimetry import xyz_to_rec709
 
 KNEE = 0.8
 """Linear display value from which highlights are rolled off."""
@@ -88,6 +87,8 @@ def tone_map(xyz: FloatArray, exposure: float) -> Picture:
     >>> tone_map(white, 0.18).tolist(), bool((tone_map(white, 1000.0) >= 254).all())
     ([118, 118, 118], True)
     """
+    from ..spectra.colorimetry import xyz_to_rec709  # seconds, which developing a photograph does without
+
     finite = np.where(np.isfinite(xyz).all(-1, keepdims=True), xyz, 0.0).astype(np.float32)
     rgb = xyz_to_rec709(finite * np.float32(exposure))
     luminance = np.maximum(finite[..., 1:2] * np.float32(exposure), 0)

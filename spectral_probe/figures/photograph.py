@@ -98,7 +98,7 @@ def _balance(photograph: Photograph, outline: Outline | None) -> FloatArray:
 
 def _curve(*, soft: bool) -> Picture:
     """Codes of linear values from 0 to `_BRIGHTEST`: sRGB, where `soft` with highlights rolled off above the knee."""
-    linear = np.linspace(0.0, _BRIGHTEST, 1 << 18)
+    linear = np.linspace(0.0, _BRIGHTEST, 1 << 17)
     if soft:
         rolled = 1.0 - (1.0 - KNEE) * np.exp((KNEE - np.maximum(linear, KNEE)) / (1.0 - KNEE))
         linear = np.where(linear > KNEE, rolled, linear)

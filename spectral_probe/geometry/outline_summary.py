@@ -54,7 +54,7 @@ def to_text(summary: OutlineSummary) -> str:
     """A summary as text: residuals to a thousandth of a pixel, one a degree, rings to a hundredth."""
     slots: list[int | None] = [None] * _SLOTS
     for angle, residual in zip(summary.angles_rad, summary.residuals_px, strict=True):
-        slots[int(angle / (2.0 * np.pi) * _SLOTS) % _SLOTS] = round(float(residual) / _STEP_PX)
+        slots[int(np.floor(angle / (2.0 * np.pi) * _SLOTS)) % _SLOTS] = round(float(residual) / _STEP_PX)
     zones = [
         {
             "incidence_rad": round(ring.incidence_rad, 5),

@@ -40,7 +40,7 @@ _SHORTEST_PAUSE_S = 6.0
 _PAUSE_COUNT = 3
 """Missing numbers in the camera's count, where there are no dates: more than so many times the usual step, and than so many."""
 
-_MOST_EXPOSURES = 60
+_MOST_EXPOSURES = 30
 """In a bracket: a bound on the search."""
 
 _SAME_SIZE = 0.05
@@ -57,7 +57,10 @@ class ViewGroup:
 
 @dataclass(frozen=True)
 class Grouping:
-    """All views, in the order they were taken; and converted pictures whose raw files are in a view."""
+    """All views, in the order they were taken, single photographs among brackets last: they may show no ball.
+
+    `beside_raw` are converted pictures whose raw files are in a view.
+    """
 
     views: tuple[ViewGroup, ...]
     beside_raw: tuple[PhotoRecord, ...] = ()
@@ -290,4 +293,4 @@ def _with_hints(brackets: Sequence[Sequence[PhotoRecord]]) -> tuple[ViewGroup, .
         if any(number in numbers and len(numbers) > 1 for numbers in moments.values()):
             hints.append("same moment")
         views.append(ViewGroup(tuple(bracket), tuple(hints)))
-    return tuple(views)
+    return tuple(sorted(views, key=lambda view: "one photograph" in view.hints))

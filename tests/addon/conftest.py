@@ -79,6 +79,29 @@ def capture_file(tmp_path: Path, in_extension: Callable[[str], ModuleType]) -> P
     return path
 
 
+@pytest.fixture(scope="module")
+def write_small_probe(in_extension: Callable[[str], ModuleType]) -> Callable[[Path], None]:
+    """Write a probe of 32 x 16 into a folder: a window, at bearing 0 and 30 degrees up, in a dim room."""
+
+    def write(folder: Path) -> None:
+        level = np.full((16, 32, 1), 0.05, np.float32)
+        level[4:7, 13:19] = 1
+        whole = np.ones((16, 32), bool)
+        panorama = in_extension("spectral_probe.model").SpectralPanorama(
+            level,
+            in_extension("spectral_probe.spectra.library").daylight(6500.0)[None, None],
+            np.zeros((16, 32), np.uint8),
+            in_extension("spectral_probe.spectra.grid").WAVELENGTHS_NM,
+            whole,
+            whole.astype(np.float32),
+        )
+        in_extension("spectral_probe.model").finish(
+            in_extension("spectral_probe.editing")._write_light(panorama, folder)
+        )
+
+    return write
+
+
 class _PanelInstance:
     """What draw() is called on: the panel's class with a layout."""
 

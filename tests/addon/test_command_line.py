@@ -175,3 +175,29 @@ def test_the_batch_script_says_what_is_wrong(project_root, tmp_path):
     assert done.returncode == 2
     assert "There is no capture file at" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_the_batch_of_lights_renders_one_scene_in_each(
+    project_root, scene_file, probe_file, tmp_path, in_extension
+):
+    panorama = in_extension("spectral_probe.files.probe_exr").read_probe(probe_file)
+    to_rgb = in_extension("spectral_probe.files.image_exr").write_rgb
+    for name in ("noon", "dusk"):
+        folder = tmp_path / name / "probe"
+        folder.mkdir(parents=True)
+        (folder / "probe.exr").write_bytes(probe_file.read_bytes())
+        to_rgb(folder / "world.exr", np.ones((*panorama.weights.shape[:2], 3), np.float32))
+    script, out = project_root / "sample_scenes" / "batch_lights.py", tmp_path / "out"
+    probes = [str(tmp_path / name / "probe") for name in ("noon", "dusk")]
+    done = batch(script, str(scene_file), str(out), *probes, "--samples", "1", "--size", "16", "12")
+    assert done.returncode == 0, done.stderr
+    rows = (out / "lights.csv").read_text().splitlines()
+    assert [row.split(",")[0] for row in rows] == ["light", "noon", "dusk"]
+    for name in ("noon", "dusk"):
+        assert (out / name / "xyz.exr").is_file()
+        assert (out / name / "comparison" / "sheet.png").is_file()
+        assert (out / name / "scene.blend").is_file()
+    lost = batch(script, str(scene_file), str(out), str(tmp_path / "lost"))
+    assert lost.returncode == 2
+    assert "Traceback" not in lost.stderr
+    assert "robe" in lost.stderr.splitlines()[0]

@@ -134,23 +134,25 @@ def test_an_unsaved_file_has_nothing_to_be_relative_to():
 
 
 def test_the_panel_names_what_is_missing(moved, drawn):
-    widgets = drawn(bpy.types.SPECTRAL_PROBE_PT_files)
+    widgets = drawn(bpy.types.SPECTRAL_PROBE_PT_light_probe)
     texts = " ".join(widget.get("draw_string", "") for widget in widgets)
     assert "probe.exr" in texts
     assert any("find_files" in widget.get("operator", "") for widget in widgets)
     ops.find_files(directory=str(moved / "archive"))
-    widgets = drawn(bpy.types.SPECTRAL_PROBE_PT_files)
+    widgets = drawn(bpy.types.SPECTRAL_PROBE_PT_light_probe)
     assert not any("find_files" in widget.get("operator", "") for widget in widgets)
 
 
 def test_the_panel_warns_of_settings_of_a_later_version(drawn):
     bpy.context.scene.spectral_probe.version = 99
-    texts = " ".join(widget.get("draw_string", "") for widget in drawn(bpy.types.SPECTRAL_PROBE_PT_files))
+    texts = " ".join(
+        widget.get("draw_string", "") for widget in drawn(bpy.types.SPECTRAL_PROBE_PT_light_probe)
+    )
     assert "later version" in texts
 
 
 def test_buttons_say_which_photographs_are_missing(moved):
-    with pytest.raises(RuntimeError, match="Photographs are missing: 2. Find them"):
+    with pytest.raises(RuntimeError, match=r"Photographs are missing: 2\. Find them"):
         ops.build_probe()
     ops.find_files(directory=str(moved / "archive"))
     assert ops.build_probe.poll()

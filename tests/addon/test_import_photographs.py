@@ -134,6 +134,11 @@ def test_replace_starts_again(two_views, photographs):
     assert shown(two_views) == [(0.0, SECOND)]
 
 
+def test_a_backplate_takes_no_place_in_the_circle(settings, photographs):
+    drop(photographs, names(*FIRST, SECOND[2]))
+    assert shown(settings) == [(0.0, FIRST), (0.0, SECOND[2:])]
+
+
 @pytest.mark.parametrize(("views", "sizes"), [("ONE", [6]), ("EACH", [1] * 6)])
 def test_sorted_as_told(settings, photographs, views, sizes):
     ops.import_photographs(directory=str(photographs), files=first(6), views=views)

@@ -6,30 +6,17 @@ import shutil
 from pathlib import Path
 
 import bpy
-import numpy as np
 import pytest
 
 ops = bpy.ops.spectral_probe
 
 
 @pytest.fixture
-def project(tmp_path, scene, in_extension):
+def project(tmp_path, scene, write_small_probe):
     """A saved .blend that its probe lights, packed, with a glass put in."""
-    core = lambda name: in_extension(f"spectral_probe.{name}")  # noqa: E731  (short)
-    level = np.full((16, 32, 1), 0.05, np.float32)
-    level[4:7, 13:19] = 1
-    whole = np.ones((16, 32), bool)
-    panorama = core("model").SpectralPanorama(
-        level,
-        core("spectra.library").daylight(6500.0)[None, None],
-        np.zeros((16, 32), np.uint8),
-        core("spectra.grid").WAVELENGTHS_NM,
-        whole,
-        whole.astype(np.float32),
-    )
     folder = tmp_path / "work"
     folder.mkdir()
-    core("model").finish(core("editing")._write_light(panorama, folder / "probe"))
+    write_small_probe(folder / "probe")
     (folder / "probe" / "report.json").write_text('{"views": [],\r\n "µ": 1}', encoding="utf-8", newline="")
     bpy.ops.wm.save_as_mainfile(filepath=str(folder / "scene.blend"))
     settings = scene.spectral_probe

@@ -97,7 +97,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("camera", ["calibrate"]),
         ("lamps", ["add_own_light", "remove_own_light"]),
         ("region_lights", ["add_region_light", "remove_region_light", "seed_from_view"]),
-        ("ball", ["detect_ball"]),
+        ("ball", ["detect_ball", "show_photograph"]),
         ("probe", ["build_probe"]),
         ("plots", ["seed_from_view", "show_spectrum", "show_basis", "show_confidence", "show_sensitivities"]),
         ("world", ["light_world"]),

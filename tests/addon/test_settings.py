@@ -121,3 +121,15 @@ def test_the_blend_keeps_settings_and_results(in_extension, settings, whole_capt
 def test_angles_are_radians_inside(in_extension, settings, whole_capture):
     through(in_extension("operators.settings"), settings, whole_capture)
     assert settings.views[1].azimuth == pytest.approx(math.radians(120))
+
+
+@pytest.mark.parametrize("relative", [True, False])
+def test_paths_follow_blenders_preference(scene, tmp_path, relative, monkeypatch):
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "v0.exr").touch()
+    (tmp_path / "blends").mkdir()
+    monkeypatch.setattr(bpy.context.preferences.filepaths, "use_relative_paths", relative)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "blends" / "scene.blend"))
+    bpy.ops.spectral_probe.add_view(directory=str(tmp_path / "photos"), files=[{"name": "v0.exr"}])
+    kept = scene.spectral_probe.views[0].photos[0].path
+    assert kept == ("//../photos/v0.exr" if relative else str(tmp_path / "photos" / "v0.exr"))

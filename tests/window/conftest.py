@@ -163,10 +163,10 @@ def judged(folder: Path, status: int | None) -> Outcome:
 
 def linked_copy(source: Path, target: Path) -> None:
     """A copy of a user folder: what Blender writes to is copied, the libraries, half a gigabyte, are linked."""
-    packages = source / "extensions" / ".local"
+    libraries = (source / "extensions" / ".local", source / EXTENSION_FOLDER / "wheels")
 
     def link_or_copy(old: str, new: str) -> None:
-        if Path(old).is_relative_to(packages):
+        if any(Path(old).is_relative_to(folder) for folder in libraries):
             try:
                 os.link(old, new)
             except OSError:  # on another disk
@@ -179,14 +179,16 @@ def linked_copy(source: Path, target: Path) -> None:
 
 
 def lay_checkout_over(project_root: Path, extension: Path) -> None:
-    """Replace the code and data of an installed extension by the checkout's; manifest and wheels stay."""
-    for path in extension.iterdir():  # without its wheels Blender would take away what it unpacked of them
-        if path.name in ("blender_manifest.toml", "wheels"):
-            continue
-        if path.is_dir():
-            shutil.rmtree(path)
-        else:
-            path.unlink()
+    """Replace the code and data of an installed extension by the checkout's.
+
+    Manifest and wheels stay as they are: by the manifest's time Blender knows whether to look for wheels anew, and it
+    removes the libraries whose wheels are gone.
+    """
+    for entry in extension.iterdir():
+        if entry.is_dir() and entry.name != "wheels":
+            shutil.rmtree(entry)
+        elif entry.suffix == ".py":
+            entry.unlink()
     for file in project_root.glob("*.py"):
         shutil.copy2(file, extension / file.name)
     for name in PRODUCT_FOLDERS:

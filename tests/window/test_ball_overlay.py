@@ -7,9 +7,9 @@ def test_the_outline_lies_where_the_ball_is_and_follows_the_mouse(scenario, proj
     outcome = scenario("ball_overlay", project_root / "sample_scenes" / "gym" / "capture.toml")
     results = outcome.results
     assert results["squares measured"] >= 5
-    assert results["worst place px"] < 0.6, (
-        "half a screen pixel, since the edges of squares are not antialiased"
-    )
+    # The edges of squares are drawn at whole pixels of the screen: half a pixel off at most, a pixel larger or smaller.
+    assert results["worst place px"] < 0.52
+    assert results["worst size px"] < 1.02
     assert results["round trip px"] < 1e-6
     truth = [244.16, 235.2, 204.9]  # what the automatic search finds with all three photographs
     assert results["found"][0] == pytest.approx(truth, abs=1.0)

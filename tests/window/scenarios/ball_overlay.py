@@ -55,7 +55,7 @@ def mapping(ui, folder):
     yield from ui.wait_job()
     settings(ui).overlay.show = False
     system = bpy.context.preferences.view
-    errors, round_trip = [], 0.0
+    places, sizes, round_trip = [], [], 0.0
     for scale, ratio, pan in ((1, 1.0, (0, 0)), (1, 2.5, (40, 30)), (1, 9.0, (150, 40)), (2, 1.5, (-60, 20))):
         system.ui_scale = scale
         yield 0.3
@@ -85,12 +85,13 @@ def mapping(ui, folder):
             mass = part.sum()
             centre_x = (part.sum(axis=0) @ (np.arange(columns.start, columns.stop) + 0.5)) / mass
             centre_y = row0 - (part.sum(axis=1) @ (np.arange(rows.start, rows.stop) + 0.5)) / mass
-            errors.append(abs(centre_x - (region.x - area.x) - (left + right) / 2))
-            errors.append(abs(centre_y - (top + bottom) / 2))
-            errors.append(abs(np.sqrt(mass) - (right - left)))
+            places.append(abs(centre_x - (region.x - area.x) - (left + right) / 2))
+            places.append(abs(centre_y - (top + bottom) / 2))
+            sizes.append(abs(np.sqrt(mass) - (right - left)))
     system.ui_scale = 1
-    ui.results["squares measured"] = len(errors) // 3
-    ui.results["worst place px"] = round(float(max(errors)), 3)
+    ui.results["squares measured"] = len(sizes)
+    ui.results["worst place px"] = round(float(max(places)), 3)
+    ui.results["worst size px"] = round(float(max(sizes)), 3)
     ui.results["round trip px"] = round_trip
     settings(ui).overlay.show = True
     settings(ui).views.clear()
@@ -133,7 +134,7 @@ def overlay(ui, capture, folder):
         ui.results["dragged"] = numbers(ui)[1][2] > before[1][2] + 5
         running = {"SPECTRAL_PROBE_OT_edit_outline"}
         yield from ui.wait(
-            lambda: not running & {one.bl_idname for one in ui.window.modal_operators}, 60, "the fit"
+            lambda: not running & {one.bl_idname for one in ui.window.modal_operators}, 90, "the fit"
         )
     ui.shot("dragged")
     ui.results["after the drag"] = numbers(ui)
