@@ -100,8 +100,8 @@ class SPECTRAL_PROBE_OT_import_photographs(JobOperator, bpy.types.Operator):
         else:
             report, told = self._add(settings, result)
         for warning in (*result.refused, *told):
-            self.report({"WARNING"}, warning)
-        self.report({"INFO"}, report)
+            self.tell("WARNING", warning)
+        self.tell("INFO", report)
 
     def _add(self, settings: bpy.types.PropertyGroup, result: Found) -> tuple[str, list[str]]:
         """Add views for photographs that no capture file describes; the report, and warnings."""

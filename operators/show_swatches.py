@@ -63,8 +63,8 @@ class SPECTRAL_PROBE_OT_show_swatches(JobOperator, bpy.types.Operator):
         listed = context.window_manager.spectral_probe_swatches
         SwatchShelf.fill(listed, result.named, result.pages, result.light)
         counted = rpt_("{named} entries and {pages} pages of refractiveindex.info under {light}")
-        self.report(
-            {"INFO"},
+        self.tell(
+            "INFO",
             counted.format(named=len(result.named), pages=len(result.pages), light=result.light),
         )
 
