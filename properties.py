@@ -18,6 +18,7 @@ from bpy.props import (
 
 from . import (
     compare_properties,
+    job_report_properties,
     outline_properties,
     packed_properties,
     panorama_properties,
@@ -421,6 +422,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PG_material,
         SPECTRAL_PROBE_PG_light,
         SPECTRAL_PROBE_PG_progress,
+        *job_report_properties.CLASSES,
     )
 )
 
@@ -436,6 +438,7 @@ def register() -> None:
     bpy.types.WindowManager.spectral_probe = PointerProperty(
         type=SPECTRAL_PROBE_PG_progress, options={"SKIP_SAVE"}
     )
+    job_report_properties.attach()
     swatch_properties.register()
     panorama_properties.register()
 
@@ -444,6 +447,7 @@ def unregister() -> None:
     """Detach them."""
     panorama_properties.unregister()
     swatch_properties.unregister()
+    job_report_properties.detach()
     del bpy.types.WindowManager.spectral_probe
     del bpy.types.Light.spectral_probe
     del bpy.types.Material.spectral_probe

@@ -22,6 +22,7 @@ from .choose_glass import SPECTRAL_PROBE_OT_choose_glass, SPECTRAL_PROBE_OT_choo
 from .choose_spectrum import SPECTRAL_PROBE_OT_choose_spectrum
 from .compare import SPECTRAL_PROBE_OT_compare
 from .composite import SPECTRAL_PROBE_OT_composite
+from .copy_report import SPECTRAL_PROBE_OT_copy_report
 from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .draw_region import SPECTRAL_PROBE_OT_draw_region
 from .edit_outline import SPECTRAL_PROBE_OT_edit_outline
@@ -122,6 +123,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_render_animation,
         SPECTRAL_PROBE_OT_render_and_compare,
         SPECTRAL_PROBE_OT_use_cycles,
+        SPECTRAL_PROBE_OT_copy_report,
         SPECTRAL_PROBE_OT_swap_light,
         SPECTRAL_PROBE_OT_composite,
         SPECTRAL_PROBE_OT_compare,

@@ -37,6 +37,7 @@ class SPECTRAL_PROBE_OT_build_probe(JobOperator, bpy.types.Operator):
     bl_label = "Build Probe"
 
     in_thread = True
+    needs = ("..spectral_probe.probe",)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -72,12 +72,12 @@ class SPECTRAL_PROBE_OT_calibrate(JobOperator, bpy.types.Operator):
         """Let the capture use the calibration, and say how good it is."""
         camera = context.scene.spectral_probe.camera
         camera.calibration, camera.focal_source = result["written"], "CALIBRATION"
-        self.report(
-            {"INFO"},
+        self.tell(
+            "INFO",
             f"Camera calibrated: focal length {result['focal_px'][0]:.1f} ± {result['focal_error_px'][0]:.1f} px, "
             f"error {result['rms_px']:.2f} px in {len(result['photos'])} photographs",
         )
         for dropped in result["dropped"]:
-            self.report({"WARNING"}, f"{dropped['name']} was left out: {dropped['reason']}")
+            self.tell("WARNING", f"{dropped['name']} was left out: {dropped['reason']}")
         for warning in result["warnings"]:
-            self.report({"WARNING"}, warning)
+            self.tell("WARNING", warning)

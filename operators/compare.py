@@ -45,6 +45,7 @@ class SPECTRAL_PROBE_OT_compare(JobOperator, bpy.types.Operator):
     bl_label = "Compare"
 
     in_thread = True
+    needs = ("..spectral_probe.compare_command",)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

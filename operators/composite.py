@@ -25,6 +25,7 @@ class SPECTRAL_PROBE_OT_composite(JobOperator, bpy.types.Operator):
     bl_label = "Composite"
 
     in_thread = True
+    needs = ("..spectral_probe.composite.composite",)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -62,6 +63,6 @@ class SPECTRAL_PROBE_OT_composite(JobOperator, bpy.types.Operator):
         settings.remarks = "\n".join(result["remarks"])
         pictures = [Path(result["written"]) / f"{name}.png" for name in (settings.show, "composite")]
         show(next(path for path in pictures if path.is_file()), "Composite")
-        self.report({"INFO"}, f"{settings.changed_fraction:.1%} of the photograph was changed")
+        self.tell("INFO", f"{settings.changed_fraction:.1%} of the photograph was changed")
         for remark in result["remarks"]:
-            self.report({"WARNING"}, remark)
+            self.tell("WARNING", remark)

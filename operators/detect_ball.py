@@ -65,6 +65,7 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
     bl_label = "Detect Ball"
 
     in_thread = True
+    needs = ("..spectral_probe.geometry.outline", "..spectral_probe.photo.read", ".view_outline")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

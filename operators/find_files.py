@@ -69,7 +69,7 @@ class SPECTRAL_PROBE_OT_find_files(JobOperator, bpy.types.Operator):
         count = own_paths.put_found(gone, found)
         left = keep_missing(context)
         if not gone:
-            self.report({"INFO"}, rpt_("No file is missing"))
+            self.tell("INFO", rpt_("No file is missing"))
         else:
             self.report(
                 {"WARNING" if left else "INFO"},

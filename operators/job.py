@@ -9,17 +9,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
-from typing import Any
+from functools import partial
+from importlib import import_module
+from typing import Any, ClassVar
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.errors import SpectralProbeError
-from ..spectral_probe.model import Job
-from ..spectral_probe.work import Finished, advance
+from ..spectral_probe.model import Job, Progress
+from ..spectral_probe.work import Finished, advance, all_worked, worked
 from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
 from .job_progress import progress_shown
+from .job_report import keep_report
 from .running_job import RunningJob, running
 
 RUNNING: OperatorResult = {"RUNNING_MODAL"}
@@ -32,6 +35,9 @@ class JobOperator(ReportsErrors):
 
     in_thread = False
     """True where none of the job's steps touches Blender data: all of them run in the thread."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+    """Modules that take long to import, as seen from here: a window's driver imports them first, in the thread."""
 
     after_stop = ""
     """What the user is told, besides, when ESC has stopped the job."""
@@ -59,11 +65,27 @@ class JobOperator(ReportsErrors):
 
     def reporting(self, work: Callable[[], OperatorResult]) -> OperatorResult:
         """The result of `work`, or CANCELLED with a report; both stay in the job's own report."""
+        result = CANCELLED
         try:
-            return super().reporting(work)
-        except ReferenceError:
-            self.report({"ERROR"}, _gone(self.bl_label))
-            return CANCELLED
+            result = work()
+        except SpectralProbeError as problem:
+            self._fail(str(problem))
+        except ReferenceError:  # what Blender raises for removed data
+            self._fail(_gone(self.bl_label))
+        if self._lines is not None and result in (FINISHED, CANCELLED):
+            keep_report(
+                type(self).bl_idname,
+                iface_(self.bl_label),
+                finished=result == FINISHED,
+                seconds=time.monotonic() - self._began,
+                lines=self._lines,
+            )
+        return result
+
+    def _fail(self, text: str) -> None:
+        self.report({"ERROR"}, text)
+        if self._lines is not None:
+            self._lines.append(("ERROR", text))
 
     def run(self, context: bpy.types.Context) -> OperatorResult:
         """Block until the job is done: the driver for background and scripts."""
@@ -106,13 +128,22 @@ class JobOperator(ReportsErrors):
         self._remember(context)
         with ExitStack() as opened:
             self._show = opened.enter_context(progress_shown(context, type(self).bl_idname))
-            self._running = RunningJob(iface_(self.bl_label), self.job(context), in_thread=self.in_thread)
+            whole = self._whole(context)
+            self._running = RunningJob(iface_(self.bl_label), whole, in_thread=self.in_thread)
             opened.callback(self._running.end)
             timer = context.window_manager.event_timer_add(_TICK_S, window=context.window)
             opened.callback(context.window_manager.event_timer_remove, timer)
             context.window_manager.modal_handler_add(self)
             self._open = opened.pop_all()
         return RUNNING
+
+    def _whole(self, context: bpy.types.Context) -> Job[Any]:
+        """The job from the import of its modules on, for a window."""
+        if self.needs:
+            yield from worked(Progress(0.0, rpt_("Starting")), partial(_import, self.needs))
+        with _its_scene(context, self._scene_uid, self.bl_label):
+            job = self.job(context)
+        return (yield from all_worked(job) if self.in_thread else job)
 
     def _tick(self, context: bpy.types.Context) -> OperatorResult:
         job = self._running
@@ -162,6 +193,11 @@ def _its_scene(context: bpy.types.Context, uid: int, label: str) -> Iterator[Non
         return
     with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
         yield
+
+
+def _import(modules: tuple[str, ...]) -> None:
+    for module in modules:
+        import_module(module, __package__)
 
 
 def _gone(label: str) -> str:

@@ -52,6 +52,7 @@ class SPECTRAL_PROBE_OT_light_from_photographs(JobOperator, bpy.types.Operator):
     bl_label = "Photographs to Light"
 
     in_thread = True
+    needs = ("..spectral_probe.geometry.outline", "..spectral_probe.probe", ".view_outline", ".bridge.world")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

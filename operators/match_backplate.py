@@ -69,6 +69,7 @@ class SPECTRAL_PROBE_OT_match_backplate(JobOperator, bpy.types.Operator):
     bl_label = "Match Plate"
 
     in_thread = True
+    needs = ("..spectral_probe.composite.prepare",)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -106,9 +107,9 @@ class SPECTRAL_PROBE_OT_match_backplate(JobOperator, bpy.types.Operator):
         context.scene.spectral_probe.backplate.plate = plate  # as chosen: it may be relative to the .blend
         alignment = result.match.alignment
         moved = "" if alignment is None else f", {max(map(abs, alignment.shift_px)):.2f} px moved"
-        self.report({"INFO"}, f"Camera matched to {result.match.backplate.photo.name}{moved}")
+        self.tell("INFO", f"Camera matched to {result.match.backplate.photo.name}{moved}")
         for remark in result.remarks:  # last, because the status bar shows the last report
-            self.report({"WARNING"}, remark)
+            self.tell("WARNING", remark)
 
 
 def _look_through_camera(context: bpy.types.Context) -> None:
@@ -156,4 +157,4 @@ class SPECTRAL_PROBE_OT_add_ground(JobOperator, bpy.types.Operator):
 
         ground = lay_ground(context.scene, *result)
         mean = context.scene.spectral_probe.backplate.ground_mean
-        self.report({"INFO"}, f"{ground.name} reflects {', '.join(f'{value:.2f}' for value in mean)}")
+        self.tell("INFO", f"{ground.name} reflects {', '.join(f'{value:.2f}' for value in mean)}")

@@ -23,6 +23,8 @@ class SPECTRAL_PROBE_OT_plan_render(JobOperator, bpy.types.Operator):
     bl_idname = "spectral_probe.plan_render"
     bl_label = "Plan"
 
+    needs = (".bridge.cycles",)
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be light, and Cycles."""
@@ -40,4 +42,4 @@ class SPECTRAL_PROBE_OT_plan_render(JobOperator, bpy.types.Operator):
         """Keep the prediction in the scene."""
         settings = context.scene.spectral_probe
         keep_plan(settings, result)
-        self.report({"INFO"}, f"{result.passes} passes, {settings.planned.cost:.2f} RGB renders")
+        self.tell("INFO", f"{result.passes} passes, {settings.planned.cost:.2f} RGB renders")

@@ -83,7 +83,7 @@ class EditsLight(JobOperator):
         keep_edits(settings, result)
         follow_light(context.scene, base, result.directory / "world.exr")
         follow_picture(settings)
-        self.report({"INFO"}, _said(len(result.edits)))
+        self.tell("INFO", _said(len(result.edits)))
 
 
 def _edited(

@@ -56,6 +56,8 @@ class SPECTRAL_PROBE_OT_render_and_compare(RendersSpectrally, bpy.types.Operator
     bl_idname = "spectral_probe.render_and_compare"
     bl_label = "Render and Compare"
 
+    needs = (*RendersSpectrally.needs, "..spectral_probe.compare_command")
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be light."""

@@ -32,6 +32,7 @@ _ON_CHANGE = {"ASK": "refuse", "RESTART": "restart", "RESUME": "resume"}
 class RendersSpectrally(JobOperator):
     """Mixin of the two operators: asks what to do with passes of an unfinished render of something else."""
 
+    needs = (".bridge.frames", ".settings_output", "..spectral_probe.swapping")
     on_change: bpy.props.EnumProperty(
         name="Unfinished Passes",
         description="What to do with passes of an unfinished render, where the scene has changed since then",
@@ -59,11 +60,11 @@ class RendersSpectrally(JobOperator):
         return self.reporting(lambda: self._ask_or_start(context, event))
 
     def _ask_or_start(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        from .bridge.resuming import unfinished, unfinished_changes
-
         settings = context.scene.spectral_probe
         folder = self.first_folder(context, render_folder(context.scene))
-        if unfinished(folder) is not None:
+        if (folder / "passes").is_dir() and not (folder / "report.json").is_file():
+            from .bridge.resuming import unfinished_changes
+
             self._changed = unfinished_changes(context.scene, planner_from(settings)(), folder)
         if not self._changed:
             return super().invoke(context, event)

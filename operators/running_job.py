@@ -15,7 +15,7 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Job, Progress
-from ..spectral_probe.work import Finished, Work, advance, all_worked
+from ..spectral_probe.work import Finished, Work, advance
 from .bridge.render_job import BlenderRender
 
 _WAIT_S = 0.02
@@ -40,7 +40,7 @@ class RunningJob:
         self.label, self.in_thread = label, in_thread
         self.stopping = False
         self.ended_by = ""
-        self._job = all_worked(job) if in_thread else job
+        self._job = job
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="Spectral Probe")
         self._work: Work[Any] | None = None
         self._future: Future[None] | None = None

@@ -34,4 +34,4 @@ class SPECTRAL_PROBE_OT_show_basis(JobOperator, bpy.types.Operator):
     def done(self, _context: bpy.types.Context, result: Numbers) -> None:
         """Show the plot."""
         show(Path(result["basis_plot"]), "Basis")
-        self.report({"INFO"}, f"Basis written to {Path(result['basis_plot']).name}")
+        self.tell("INFO", f"Basis written to {Path(result['basis_plot']).name}")

@@ -48,4 +48,4 @@ class SPECTRAL_PROBE_OT_show_spectrum(JobOperator, bpy.types.Operator):
         """Keep the numbers and show the plot."""
         keep_spectrum(context.scene.spectral_probe, result)
         show(Path(result["plot"]), "Spectrum")
-        self.report({"INFO"}, f"Spectrum written to {Path(result['csv']).name}")
+        self.tell("INFO", f"Spectrum written to {Path(result['csv']).name}")

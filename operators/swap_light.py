@@ -32,6 +32,7 @@ class SPECTRAL_PROBE_OT_swap_light(JobOperator, bpy.types.Operator):
     bl_label = "Swap Light"
 
     in_thread = True
+    needs = ("..spectral_probe.swapping", ".bridge.images")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -68,4 +69,4 @@ class SPECTRAL_PROBE_OT_swap_light(JobOperator, bpy.types.Operator):
         keep_lights(settings, directory)
         write_preview(directory / "xyz.exr")
         show_render(directory / "image.exr")
-        self.report({"INFO"}, f"{settings.swap.light}: {result['lights'].get(settings.swap.light, '')}")
+        self.tell("INFO", f"{settings.swap.light}: {result['lights'].get(settings.swap.light, '')}")

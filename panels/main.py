@@ -8,6 +8,8 @@ from typing import ClassVar
 
 import bpy
 
+from .job_report import draw_report
+
 _LETTER_PX = 6.2  # mean width of a letter in Blender's default font, at a resolution scale of 1
 _MARGINS_PX = 80  # of the region's width: tabs, frames and an icon
 
@@ -67,6 +69,7 @@ def job_button(layout: bpy.types.UILayout, context: bpy.types.Context, operator:
         )  # too long for the bar: it would be cut
     else:
         layout.operator(operator, icon=icon)
+        draw_report(layout, context, operator)
 
 
 def results(layout: bpy.types.UILayout) -> bpy.types.UILayout:

@@ -84,15 +84,9 @@ def _has_plan(directory: Path) -> bool:
     return True
 
 
-def unfinished(directory: Path) -> PassFolder | None:
-    """The folder of the steps of an unfinished render in a folder."""
-    earlier = open_pass_folder(directory / "passes")
-    if earlier is None or not earlier.finished or (directory / REPORT_NAME).is_file():
-        return None
-    return earlier
-
-
 def unfinished_changes(scene: bpy.types.Scene, planner: Planner, directory: Path) -> tuple[str, ...]:
     """What has changed since an unfinished render in a folder began; nothing where there is none, or it can be gone on with."""
-    earlier = unfinished(directory)
-    return () if earlier is None else earlier.changes(render_fingerprint(scene, planner))
+    earlier = open_pass_folder(directory / "passes")
+    if earlier is None or not earlier.finished or (directory / REPORT_NAME).is_file():
+        return ()
+    return earlier.changes(render_fingerprint(scene, planner))

@@ -1,0 +1,22 @@
+"""The last report of a job, under its button."""
+
+import bpy
+
+_ICONS = {"INFO": "BLANK1", "WARNING": "ERROR", "ERROR": "CANCEL"}
+
+
+def draw_report(layout: bpy.types.UILayout, context: bpy.types.Context, operator: str) -> None:
+    """A box that opens: how the last job of an operator ended, what it told, and a button that copies all of it."""
+    from .main import paragraph
+
+    report = context.window_manager.spectral_probe_reports.get(operator)
+    if report is None:
+        return
+    identifier = f"SPECTRAL_PROBE_report_{operator.rpartition('.')[2]}"
+    header, body = layout.panel(identifier, default_closed=True)
+    header.label(text=report.title, icon="CHECKMARK" if report.finished else "CANCEL", translate=False)
+    header.operator("spectral_probe.copy_report", text="", icon="COPYDOWN", emboss=False).operator = operator
+    if body is not None:
+        column = body.column(align=True)
+        for line in report.lines:
+            paragraph(column, context, line.text, _ICONS[line.kind])
