@@ -5,7 +5,7 @@ import math
 import bpy
 from bpy.props import FloatProperty
 
-from ..material_properties import metal_name
+from ..settings.material import metal_name
 from .base import FINISHED, OperatorResult, ReportsErrors
 
 

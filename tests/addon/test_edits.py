@@ -290,7 +290,7 @@ def test_the_panel(settings, drawn, capfd):
 
 
 def test_search_fields(in_extension):
-    properties = in_extension("region_properties")
+    properties = in_extension("settings.region")
     assert "red" in properties.glass_names(None, bpy.context, "re")
     assert "LED-B3" in dict(properties.lamp_names(None, bpy.context, "led-b"))
 

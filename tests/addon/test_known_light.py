@@ -114,7 +114,7 @@ def test_families_of_both_lists_are_the_same(in_extension, settings):
         group.bl_rna.properties["families"].enum_items.keys() for group in (region, settings)
     )
     assert own == all_families
-    assert "FL11" in dict(in_extension("capture_properties").lamp_names(None, bpy.context, "fl11"))
+    assert "FL11" in dict(in_extension("settings.known_light").lamp_names(None, bpy.context, "fl11"))
 
 
 def test_the_ball_is_looked_for_without_the_filter(settings, capture_file):

@@ -20,7 +20,7 @@ def folder(tmp_path):
 
 
 def test_the_folders_cameras_are_offered_and_used(folder, settings, in_extension, tmp_path):
-    pickers = in_extension("library_pickers")
+    pickers = in_extension("settings.library_pickers")
     assert ("My Camera", "My_Camera.csv") in pickers.camera_names(None, bpy.context, "camera")
     settings.camera.model = "My Camera"
     view = settings.views.add()

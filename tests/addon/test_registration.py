@@ -80,7 +80,10 @@ def test_menus_list_what_the_core_knows(in_extension, settings):
     ],
 )
 def test_search_fields_offer_names_of_the_core(in_extension, search, typed, found):
-    offered = [name for name, _ in getattr(in_extension("library_pickers"), search)(None, bpy.context, typed)]
+    offered = [
+        name
+        for name, _ in getattr(in_extension("settings.library_pickers"), search)(None, bpy.context, typed)
+    ]
     assert found in offered
     assert len(offered) == len(set(offered)) <= 250
 

@@ -10,10 +10,10 @@ import pytest
 # What may be in it, as patterns of whole paths.
 PRODUCT = re.compile(
     r"""
-    blender_manifest\.toml | __init__\.py | ([a-z]+_)?properties\.py | preferences\.py | library_pickers\.py
+    blender_manifest\.toml | __init__\.py | properties\.py | preferences\.py
     | versions\.py | file_handlers\.py
     | README\.md | CHANGELOG\.md | LICENSE
-    | (operators|panels)/[\w/]+\.py
+    | (operators|panels|settings)/[\w/]+\.py
     | spectral_probe/[\w/]+\.py
     | spectral_probe/data/([\w-]+/)*[^./][^/]*\.(csv|toml|json|npz|txt)
     | assets/[^/]+\.(blend|cats\.txt)
@@ -54,7 +54,7 @@ def test_what_is_no_product_would_be_noticed(name):
 
 def test_it_holds_all_of_the_code(names, project_root):
     code = {file.name for file in project_root.glob("*.py")} - {"run.py"}
-    for folder in ("spectral_probe", "operators", "panels"):
+    for folder in ("spectral_probe", "operators", "panels", "settings"):
         code |= {file.relative_to(project_root).as_posix() for file in (project_root / folder).rglob("*.py")}
     assert {name for name in names if name.endswith(".py")} == code
 

@@ -5,14 +5,14 @@ from typing import Any
 import bpy
 from bpy.props import CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
 
-from . import spectrum_properties
+from . import spectrum
 from .library_pickers import lamp_names
-from .region_properties import table_file
+from .region import table_file
 
 
 def _wipe_again(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     """Move the divider of the wipe that is shown."""
-    from .operators.show_comparison import wipe_again
+    from ..operators.show_comparison import wipe_again
 
     wipe_again(settings.id_data.spectral_probe)
 
@@ -51,8 +51,8 @@ class SPECTRAL_PROBE_PG_compare(bpy.types.PropertyGroup):
         search_options={"SUGGESTION"},
     )
     lamp_path: table_file("Spectrum", "CSV with wavelength_nm,power, in place of a lamp's name")
-    azimuth: spectrum_properties.bearing()
-    elevation: spectrum_properties.height()
+    azimuth: spectrum.bearing()
+    elevation: spectrum.height()
     metals: StringProperty(
         name="Metals",
         description="Metals of the library, or pages of refractiveindex.info, parted by commas",

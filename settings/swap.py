@@ -11,7 +11,7 @@ from bpy.props import (
 )
 
 from .library_pickers import glass_names, lamp_names
-from .region_properties import RegionPlace, table_file
+from .region import RegionPlace, table_file
 
 
 def rendered_lights(settings: bpy.types.PropertyGroup, _context: bpy.types.Context, _edit: str) -> list[str]:

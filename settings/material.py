@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
 
-from . import swatch_properties
+from . import swatches
 from .library_pickers import clear_material_names, glass_names, lamp_names, metal_names, reflectance_names
 
 
@@ -70,7 +70,7 @@ class SPECTRAL_PROBE_PG_light(bpy.types.PropertyGroup):
 
     light: _light("this lamp")
     lamp: _lamp()
-    chosen_lamp: swatch_properties.chosen_lamp()
+    chosen_lamp: swatches.chosen_lamp()
 
 
 class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
@@ -165,5 +165,5 @@ class SPECTRAL_PROBE_PG_material(bpy.types.PropertyGroup):
     )
     light: _light("what this material emits")
     lamp: _lamp()
-    chosen_surface: swatch_properties.chosen_surface()
-    chosen_lamp: swatch_properties.chosen_lamp()
+    chosen_surface: swatches.chosen_surface()
+    chosen_lamp: swatches.chosen_lamp()

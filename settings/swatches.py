@@ -13,13 +13,13 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import spectrum_properties
+from . import spectrum
 from .library_pickers import lamp_names
 
 
 def _list_again(swatches: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     """List what is searched for, pages of refractiveindex.info among it."""
-    from .operators.bridge.swatches import SwatchShelf
+    from ..operators.bridge.swatches import SwatchShelf
 
     SwatchShelf.list_matching(swatches, swatches.search)
 
@@ -72,8 +72,8 @@ class SPECTRAL_PROBE_PG_swatch_light(bpy.types.PropertyGroup):
             ("LAMP", "Lamp", "A CIE illuminant or another lamp of the library"),
         ),
     )
-    azimuth: spectrum_properties.bearing()
-    elevation: spectrum_properties.height()
+    azimuth: spectrum.bearing()
+    elevation: spectrum.height()
     lamp: StringProperty(
         name="Lamp",
         description='A light of the library, such as "D65", "A", "FL11" or "Planck 3200 K"',
@@ -101,13 +101,13 @@ def chosen_lamp() -> Any:
 
 def _chosen(kind: Callable[[bpy.types.PropertyGroup], str]) -> Any:
     def index_of(settings: bpy.types.PropertyGroup) -> int:
-        from .operators.bridge.choosing import entry_of
+        from ..operators.bridge.choosing import entry_of
 
         listed = bpy.context.window_manager.spectral_probe_swatches.items
         return listed.find(f"{kind(settings)}|{entry_of(settings, kind(settings))}")
 
     def choose_at(settings: bpy.types.PropertyGroup, index: int) -> None:
-        from .operators.bridge.choosing import choose
+        from ..operators.bridge.choosing import choose
 
         listed = bpy.context.window_manager.spectral_probe_swatches.items
         if 0 <= index < len(listed):

@@ -10,7 +10,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from .capture_properties import file_path
+from .known_light import file_path
 
 
 class SPECTRAL_PROBE_PG_backplate(bpy.types.PropertyGroup):

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 import bpy
 
-from .preferences import library_folder
+from ..preferences import library_folder
 
 type Candidates = list[tuple[str, str]]
 
@@ -20,8 +20,8 @@ _MOST = 200  # candidates; a longer menu helps nobody
 
 def camera_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
     """Cameras of the library and of the user's folder."""
-    from .spectral_probe.spectra.camera import camera_names as known
-    from .spectral_probe.spectra.camera import cameras_in
+    from ..spectral_probe.spectra.camera import camera_names as known
+    from ..spectral_probe.spectra.camera import cameras_in
 
     folder = library_folder()
     own = [] if folder is None else [(name, path.name) for name, path in cameras_in(folder).items()]
@@ -30,7 +30,7 @@ def camera_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, t
 
 def ball_materials(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
     """Balls known by name, then metals, then pages of refractiveindex.info."""
-    from .spectral_probe.spectra.metals import BALL_MATERIALS
+    from ..spectral_probe.spectra.metals import BALL_MATERIALS
 
     balls = [
         (
@@ -51,21 +51,21 @@ def metal_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, ty
 
 def reflectance_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
     """Measured surfaces of the library and of the user's folder."""
-    from .spectral_probe.spectra.catalogue import catalogue
+    from ..spectral_probe.spectra.catalogue import catalogue
 
     return _matching([(entry.name, "") for entry in catalogue("reflectance", library_folder())], typed)
 
 
 def lamp_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> Candidates:
     """Lamps of the library, with their families. Any temperature may be typed: "Planck 3200 K"."""
-    from .spectral_probe.spectra.catalogue import catalogue
+    from ..spectral_probe.spectra.catalogue import catalogue
 
     return _matching([(entry.name, entry.family) for entry in catalogue("lamp")], typed)
 
 
 def glass_names(_group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str) -> list[str]:
     """Stained glasses that come with the extension."""
-    from .spectral_probe.spectra.glass import GLASSES
+    from ..spectral_probe.spectra.glass import GLASSES
 
     return [name for name in GLASSES if typed.casefold() in name.casefold()]
 
@@ -74,13 +74,13 @@ def clear_material_names(
     _group: bpy.types.PropertyGroup, _context: bpy.types.Context, typed: str
 ) -> Candidates:
     """Clear materials known by name, then pages of refractiveindex.info."""
-    from .spectral_probe.spectra.dispersion import CLEAR_PAGES
+    from ..spectral_probe.spectra.dispersion import CLEAR_PAGES
 
     return [*_matching(CLEAR_PAGES.items(), typed), *_pages(typed)]
 
 
 def _metals(typed: str) -> Candidates:
-    from .spectral_probe.spectra.metals import METAL_NAMES, METAL_PAGES
+    from ..spectral_probe.spectra.metals import METAL_NAMES, METAL_PAGES
 
     named = [
         (word, METAL_PAGES[symbol]) for symbol, word in METAL_NAMES.items() if word.lower() != symbol.lower()
@@ -90,7 +90,7 @@ def _metals(typed: str) -> Candidates:
 
 def _pages(typed: str) -> Candidates:
     """Pages of refractiveindex.info."""
-    from .spectral_probe.spectra.refractive import ENGLISH, search_pages
+    from ..spectral_probe.spectra.refractive import ENGLISH, search_pages
 
     if len(typed.strip()) < _FEWEST_LETTERS:
         return []

@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 
-from .capture_properties import file_path
+from .known_light import file_path
 
 
 class SPECTRAL_PROBE_PG_composite(bpy.types.PropertyGroup):
