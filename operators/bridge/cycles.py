@@ -17,6 +17,7 @@ import numpy as np
 
 from ...spectral_probe.composite_model import OBJECTS_NAME
 from ...spectral_probe.errors import RenderError
+from ...spectral_probe.light_choice import mean_light
 from ...spectral_probe.model import Job, Progress, SpectralPanorama, finish
 from ...spectral_probe.render.outputs import OutputSettings
 from ...spectral_probe.render.pace import Pace, step_message
@@ -345,6 +346,7 @@ def _written(
     progress = task.pace.progress("Putting the passes together")
     yield progress
     steps = render_steps(plan, task.samples)
+    mean = None if task.probe is None else (yield from worked(progress, partial(mean_light, task.probe)))
     alone: SpectralRender | None = None
     for part in reversed(task.parts):
         whole = part is task.parts[0]
@@ -366,7 +368,7 @@ def _written(
                 catchers=tuple(thing.name for thing in task.surfaces.catchers),
                 virtual=tuple(thing.name for thing in task.surfaces.virtual),
             )
-        write_report(result, task.scene, (width, height), task.probe)
+        write_report(result, task.scene, (width, height), mean)
         alone = result
     return result
 

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ...spectral_probe.files.atomic import written_whole
-from ...spectral_probe.light_choice import mean_light
-from ...spectral_probe.model import SpectralPanorama
 from ...spectral_probe.render_model import PassPlan
 
 REPORT_NAME = "report.json"
@@ -52,9 +51,9 @@ def write_report(
     result: SpectralRender,
     scene: bpy.types.Scene,
     size_px: tuple[int, int],
-    probe: SpectralPanorama | None = None,
+    light: np.ndarray | None = None,
 ) -> None:
-    """Write report.json, last of all files: where it is, the render is complete."""
+    """Write report.json, last of all files: where it is, the render is complete. `light` is the mean spectrum of a probe."""
     without = result.without
     report = {
         "seconds": {
@@ -70,7 +69,7 @@ def write_report(
         "predicted_de2000": result.plan.predicted_de2000,
         "predicted_cost": result.plan.predicted_cost,
         "light_residual": result.light_residual,
-        "mean_light": None if probe is None else mean_light(probe).tolist(),
+        "mean_light": None if light is None else light.tolist(),
         "samples": result.samples,
         "resolution": list(size_px),
         "view_layers": list(result.layers),

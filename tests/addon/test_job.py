@@ -168,3 +168,134 @@ def test_panels_can_show_the_progress(operator, context):
     assert running.fraction == pytest.approx(1 / 3)
     steps.cancel(context)
     assert bpy.context.window_manager.spectral_probe.operator == ""
+
+
+def test_a_second_job_is_refused_in_one_sentence(operator, context):
+    first, second = operator(), operator()
+    first._begin(context)
+    for answer in (second.execute(context), second.invoke(context, None)):
+        assert answer == {"CANCELLED"}
+    first.cancel(context)
+    text = "Steps is still running. Wait until it is done, or stop it with ESC."
+    assert second.reports == [({"ERROR"}, text)] * 2
+    assert second.log == []
+
+
+@pytest.mark.parametrize("handlers", ["undo_pre", "redo_pre"])
+def test_undo_ends_a_job_on_the_scene_and_says_so(operator, context, handlers):
+    steps = operator()
+    steps._begin(context)
+    steps.modal(context, TIMER)
+    (handler,) = [one for one in getattr(bpy.app.handlers, handlers) if "running_job" in one.__module__]
+    handler(context.scene)
+    assert steps.log == [0, "put back"]
+    assert steps.modal(context, CLICK) == {"CANCELLED"}
+    assert steps.reports == [({"WARNING"}, "Steps was stopped, because undo was pressed")]
+    assert context.noted[-1] == "end"
+
+
+def test_switching_the_extension_off_ends_a_job(operator, context, in_extension):
+    steps, module = operator(), in_extension("operators.running_job")
+    steps._begin(context)
+    steps.modal(context, TIMER)
+    module.unregister()
+    assert steps.log == [0, "put back"]
+    assert module.running() is None
+    for handlers in (bpy.app.handlers.undo_pre, bpy.app.handlers.redo_pre):
+        assert not [one for one in handlers if "running_job" in one.__module__]
+    module.register()
+    module.register()
+    assert len([one for one in bpy.app.handlers.undo_pre if "running_job" in one.__module__]) == 1
+    steps.cancel(context)
+
+
+def test_the_result_is_kept_in_the_scene_the_job_was_started_in(operator, context):
+    seen = []
+
+    class Keeping(operator):
+        def done(self, _context, result):
+            seen.append((bpy.context.scene.name, result))
+
+    steps = Keeping()
+    started = context.scene
+    other = bpy.data.scenes.new("Other")
+    window = bpy.context.window_manager.windows[0]
+    steps._begin(context)
+    window.scene = other
+    context.scene, context.temp_override = other, bpy.context.temp_override
+    while steps.modal(context, TIMER) == {"RUNNING_MODAL"}:
+        pass
+    window.scene = started
+    assert seen == [(started.name, "result")]
+
+
+def test_a_scene_removed_meanwhile_is_told(operator, context):
+    steps = operator()
+    context.scene = bpy.data.scenes.new("Short")
+    steps._begin(context)
+    steps.modal(context, TIMER)
+    bpy.data.scenes.remove(context.scene)
+    answers = [steps.modal(context, TIMER) for _ in range(3)]
+    assert answers[-1] == {"CANCELLED"}
+    ((kind, text),) = steps.reports
+    assert kind == {"ERROR"}
+    assert text.startswith("Steps ended: its scene, or something it uses, was removed meanwhile.")
+
+
+@pytest.mark.parametrize("fails", [None, "There is no view. Add one."])
+def test_the_report_stays_and_can_be_copied(operator, context, in_extension, fails):
+    steps = operator(fails=in_extension("spectral_probe.errors").CaptureError(fails) if fails else None)
+    steps.done = lambda _context, _result: steps.tell("WARNING", "One photograph is dark.")
+    driven(steps, context, [TIMER] * 5)
+    report = bpy.context.window_manager.spectral_probe_reports["spectral_probe.steps"]
+    assert report.finished == (fails is None)
+    lines = [(line.kind, line.text) for line in report.lines]
+    assert lines == [("ERROR", fails) if fails else ("WARNING", "One photograph is dark.")]
+    text = in_extension("operators.job_report").report_text("spectral_probe.steps")
+    assert text.splitlines() == [report.title, lines[0][1]]
+    assert report.title.startswith("Steps: ended after" if fails else "Steps: done in")
+
+
+@pytest.fixture
+def blender(in_extension, monkeypatch):
+    """Stands in for Blender's render job, which needs a window: what it is asked, and how it ends."""
+    module = in_extension("operators.bridge.render_job")
+    state = SimpleNamespace(started=0, goes_on=False)
+
+    def start(render):
+        state.started, state.goes_on, state.render = state.started + 1, True, render
+        render._started = True
+
+    def end(told):
+        state.goes_on, state.render._told = False, told
+
+    state.end = end
+    monkeypatch.setattr(module.BlenderRender, "start", start)
+    monkeypatch.setattr(module.BlenderRender, "running", property(lambda _: state.goes_on))
+    return state
+
+
+@pytest.mark.parametrize("told", ["complete", "cancel"])
+def test_the_window_waits_for_blenders_render(operator, context, in_extension, blender, told):
+    module, model = in_extension("operators.bridge.render_job"), in_extension("spectral_probe.model")
+
+    class Renders(operator):
+        def steps(self):
+            try:
+                render = module.BlenderRender(context.scene)
+                yield model.Progress(0.5, "rendering", render)
+                render.result()
+                self.log.append("rendered")
+                return "result"
+            finally:
+                self.log.append("put back")
+
+    steps = Renders()
+    steps._begin(context)
+    for _ in range(3):
+        assert steps.modal(context, TIMER) == {"RUNNING_MODAL"}
+    assert (blender.started, steps.log) == (1, [])
+    blender.end(told)
+    answer = steps.modal(context, TIMER)
+    assert answer == ({"FINISHED"} if told == "complete" else {"CANCELLED"})
+    assert steps.log == (["rendered", "put back", "result"] if told == "complete" else ["put back"])
