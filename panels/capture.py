@@ -174,9 +174,8 @@ class SPECTRAL_PROBE_PT_ball(InWorld, bpy.types.Panel):
             point = chosen.row(align=True)
             point.active = view.has_ball_at
             point.prop(view, "ball_at_px", text="")
-        detect = layout.row(align=True)
-        job_button(detect, context, "spectral_probe.detect_ball", "VIEWZOOM")
-        detect.prop(settings, "all_views", toggle=True)
+        column.prop(settings, "all_views")
+        job_button(layout, context, "spectral_probe.detect_ball", "VIEWZOOM")
         job_button(layout, context, "spectral_probe.show_photograph", "IMAGE_DATA")
         if view.has_outline:
             _draw_outline(results(layout), view)

@@ -40,9 +40,8 @@ class SPECTRAL_PROBE_PT_image_ball(InImageEditor, bpy.types.Panel):
                 column.prop(view, "outline_angle")
         if view.has_outline and view.outline_source != "AUTOMATIC" and changed_since(view):
             layout.label(text="Changed: Detect Ball fits it again", icon="INFO")
-        detect = layout.row(align=True)
-        job_button(detect, context, "spectral_probe.detect_ball", "VIEWZOOM")
-        detect.prop(settings, "all_views", toggle=True)
+        column.prop(settings, "all_views")
+        job_button(layout, context, "spectral_probe.detect_ball", "VIEWZOOM")
         if view.has_outline:
             _draw_found(results(layout), view)
 

@@ -12,11 +12,15 @@ def draw_report(layout: bpy.types.UILayout, context: bpy.types.Context, operator
     report = context.window_manager.spectral_probe_reports.get(operator)
     if report is None:
         return
-    identifier = f"SPECTRAL_PROBE_report_{operator.rpartition('.')[2]}"
-    header, body = layout.panel(identifier, default_closed=True)
+    box = layout.box()
+    header = box.row()
+    opened = header.row()
+    opened.alignment = "LEFT"
+    arrow = "DOWNARROW_HLT" if report.opened else "RIGHTARROW"
+    opened.prop(report, "opened", text="", icon=arrow, emboss=False)
     header.label(text=report.title, icon="CHECKMARK" if report.finished else "CANCEL", translate=False)
     header.operator("spectral_probe.copy_report", text="", icon="COPYDOWN", emboss=False).operator = operator
-    if body is not None:
-        column = body.column(align=True)
+    if report.opened:
+        column = box.column(align=True)
         for line in report.lines:
             paragraph(column, context, line.text, _ICONS[line.kind])

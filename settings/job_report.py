@@ -24,6 +24,7 @@ class SPECTRAL_PROBE_PG_job_report(bpy.types.PropertyGroup):
 
     title: StringProperty(name="Report", description="Which job it was, how it ended, and how long it took")
     finished: BoolProperty(name="Finished", description="The job came to its end")
+    opened: BoolProperty(name="Open", description="Show what the job told")
     lines: CollectionProperty(type=SPECTRAL_PROBE_PG_report_line)
 
 
