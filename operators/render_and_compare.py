@@ -15,7 +15,7 @@ from .base import OperatorResult
 from .compare import compare_settings_from, keep_compared
 from .polls import has_light
 from .render_folder import render_folder
-from .render_spectral import RendersSpectrally, planner_from, render_scene
+from .render_spectral import RendersSpectrally, passes_told, planner_from, render_scene
 
 if TYPE_CHECKING:
     from ..spectral_probe.compare_command import CompareSettings
@@ -81,5 +81,5 @@ class SPECTRAL_PROBE_OT_render_and_compare(RendersSpectrally, bpy.types.Operator
     def done(self, context: bpy.types.Context, result: Compared) -> None:
         """Keep the numbers of both, and show the sheet."""
         render = result.render
-        self.finish_with(context, render, f"{render.plan.passes} passes in {render.seconds_spectral:.1f} s")
+        self.finish_with(context, render, passes_told(render))
         keep_compared(self, context, result.comparison)
