@@ -70,7 +70,7 @@ def _of_classes(extension: ModuleType) -> Iterator[tuple[str, str, str]]:
             yield "*", rna.description, place
         elif hasattr(kind, "bl_label"):
             yield "*", kind.bl_label, place
-            yield "*", rna.description if issubclass(kind, bpy.types.Menu) else "", place
+            yield "*", (kind.__doc__ or "") if issubclass(kind, bpy.types.Menu) else "", place
             yield "*", getattr(kind, "bl_category", ""), place
         own = set(rna.properties.keys()) - set(rna.base.properties.keys() if rna.base else ())
         for name in sorted(own - {"rna_type", "name"} if is_operator else own - {"rna_type"}):
