@@ -23,6 +23,7 @@ from ..spectral_probe.work import Finished, advance, all_worked, worked
 from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
 from .job_progress import progress_shown
 from .job_report import keep_report
+from .open_modals import keep_open
 from .running_job import RunningJob, running
 
 RUNNING: OperatorResult = {"RUNNING_MODAL"}
@@ -135,6 +136,7 @@ class JobOperator(ReportsErrors):
             opened.callback(context.window_manager.event_timer_remove, timer)
             context.window_manager.modal_handler_add(self)
             self._open = opened.pop_all()
+            keep_open(self._open)
         return RUNNING
 
     def _whole(self, context: bpy.types.Context) -> Job[Any]:
