@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import has_probe
@@ -27,5 +28,5 @@ class SPECTRAL_PROBE_OT_add_mask(ReportsErrors, bpy.types.Operator):
         settings = context.scene.spectral_probe
         image = transparent_copy(Path(probe_folder(settings)) / "preview.png", "Spectral Probe Mask")
         settings.region.kind, settings.region.mask = "MASK", image
-        self.report({"INFO"}, f"Paint white on {image.name} in the image editor")
+        self.report({"INFO"}, rpt_("Paint white on {image} in the Image Editor").format(image=image.name))
         return FINISHED

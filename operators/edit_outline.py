@@ -10,6 +10,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import EnumProperty
 
 from ..spectral_probe.errors import SpectralProbeError
+from ..translations import of_core
 from .base import CANCELLED, FINISHED, OperatorResult
 from .bridge.image_space import ImageSpace
 from .bridge.photograph_image import shift_of, view_shown
@@ -68,7 +69,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         try:
             capture = capture_from(context.scene.spectral_probe)
         except SpectralProbeError as problem:
-            self.report({"ERROR"}, str(problem))
+            self.report({"ERROR"}, of_core(str(problem)))
             return CANCELLED
         self._before = {name: _value(view, name) for name in _KEPT}
         shown = view.shown
@@ -165,7 +166,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         except SpectralProbeError as problem:
             if self._dragging:
                 return RUNNING  # the next place may be better
-            self.report({"ERROR"}, str(problem))
+            self.report({"ERROR"}, of_core(str(problem)))
             self._restore(view)
             return self._end(context, CANCELLED)
         if answer is None:
@@ -177,7 +178,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         if not done:
             return RUNNING
         for warning in found.warnings:
-            self.report({"WARNING"}, warning)
+            self.report({"WARNING"}, of_core(warning))
         return self._end(context, FINISHED)
 
     def _restore(self, view: bpy.types.PropertyGroup) -> None:

@@ -14,12 +14,12 @@ from importlib import import_module
 from typing import Any, ClassVar
 
 import bpy
-from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.errors import SpectralProbeError
 from ..spectral_probe.model import Job, Progress
 from ..spectral_probe.work import Finished, advance, all_worked, worked
+from ..translations import of_core
 from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
 from .job_progress import progress_shown
 from .job_report import keep_report
@@ -59,6 +59,7 @@ class JobOperator(ReportsErrors):
 
     def tell(self, kind: str, text: str) -> None:
         """Report a line ("INFO" or "WARNING"), which also stays in the job's own report (`job_report`)."""
+        text = of_core(text)
         self.report({kind}, text)
         if self._lines is not None:
             self._lines.append((kind, text))
@@ -71,11 +72,11 @@ class JobOperator(ReportsErrors):
         except SpectralProbeError as problem:
             self._fail(str(problem))
         except ReferenceError:  # what Blender raises for removed data
-            self._fail(_gone(self.bl_label))
+            self._fail(_gone(self.label()))
         if self._lines is not None and result in (FINISHED, CANCELLED):
             keep_report(
                 type(self).bl_idname,
-                iface_(self.bl_label),
+                self.label(),
                 finished=result == FINISHED,
                 seconds=time.monotonic() - self._began,
                 lines=self._lines,
@@ -83,6 +84,7 @@ class JobOperator(ReportsErrors):
         return result
 
     def _fail(self, text: str) -> None:
+        text = of_core(text)
         self.report({"ERROR"}, text)
         if self._lines is not None:
             self._lines.append(("ERROR", text))
@@ -129,7 +131,7 @@ class JobOperator(ReportsErrors):
         with ExitStack() as opened:
             self._show = opened.enter_context(progress_shown(context, type(self).bl_idname))
             whole = self._whole(context)
-            self._running = RunningJob(iface_(self.bl_label), whole, in_thread=self.in_thread)
+            self._running = RunningJob(self.label(), whole, in_thread=self.in_thread)
             opened.callback(self._running.end)
             timer = context.window_manager.event_timer_add(_TICK_S, window=context.window)
             opened.callback(context.window_manager.event_timer_remove, timer)
@@ -141,7 +143,7 @@ class JobOperator(ReportsErrors):
         """The job from the import of its modules on, for a window."""
         if self.needs:
             yield from worked(Progress(0.0, rpt_("Starting")), partial(_import, self.needs))
-        with _its_scene(context, self._scene_uid, self.bl_label):
+        with _its_scene(context, self._scene_uid, self.label()):
             job = self.job(context)
         return (yield from all_worked(job) if self.in_thread else job)
 
@@ -160,7 +162,10 @@ class JobOperator(ReportsErrors):
             self._show(context, step)
         elif job.stopping and not job.busy:
             job.end()
-            self.tell("INFO", rpt_("{job} stopped").format(job=job.label) + self.after_stop)
+            told = rpt_("{job} stopped").format(job=job.label)
+            if self.after_stop:
+                told = f"{told}. {rpt_(self.after_stop)}"
+            self.tell("INFO", told)
             return CANCELLED
         return RUNNING
 
@@ -174,7 +179,7 @@ class JobOperator(ReportsErrors):
         self._scene_uid, self._began, self._lines = context.scene.session_uid, time.monotonic(), []
 
     def _done(self, context: bpy.types.Context, result: Any) -> None:
-        with _its_scene(context, self._scene_uid, self.bl_label):
+        with _its_scene(context, self._scene_uid, self.label()):
             self.done(context, result)
 
     def _end(self) -> None:
@@ -204,4 +209,4 @@ def _gone(label: str) -> str:
     text = rpt_(
         "{job} ended: its scene, or something it uses, was removed meanwhile. Undo that, and start it again."
     )
-    return text.format(job=iface_(label))
+    return text.format(job=label)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, FloatProperty
 
 from .base import FINISHED, OperatorResult, ReportsErrors
@@ -44,7 +45,7 @@ class SPECTRAL_PROBE_OT_light_world(ReportsErrors, bpy.types.Operator):
         path = probe_folder(context.scene.spectral_probe) / WORLD_NAME
         strength = self.strength / mean_luminance(path) if self.normalise else self.strength
         light_world(context.scene, path, rotation_rad=self.rotation, strength=strength)
-        self.report({"INFO"}, f"{context.scene.world.name} lights the scene")
+        self.report({"INFO"}, rpt_("{world} lights the scene").format(world=context.scene.world.name))
         return FINISHED
 
 
