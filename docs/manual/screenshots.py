@@ -4,8 +4,8 @@
 
 COMMAND runs a script in a Blender with a window, as tests/window/conftest.py says, and must let it run for ten minutes, on a slow
 machine longer. The extension comes from the zip in dist/ (python3 run.py build), or from the user folder that
-SPECTRAL_PROBE_WINDOW_PROFILE names, with this checkout's files. The gym of sample_scenes/ is imported, built, rendered and compared
-as the manual tells it; pictures/ gets the pictures, cut below the last line drawn and reduced to few colours.
+SPECTRAL_PROBE_WINDOW_PROFILE names, with this checkout's files. The gym of sample_scenes/ is imported, built, rendered and
+compared as the manual tells it; pictures/ gets the pictures, cut below the last line drawn and reduced to few colours.
 `--only-pack FOLDER` makes them from the screenshots of an earlier run, which `--keep FOLDER` kept.
 """
 
