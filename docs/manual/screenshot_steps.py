@@ -117,10 +117,12 @@ def arranging(ui: Any, _panels: OwnPanels, _photographs: Path) -> Iterator[float
     yield 0.3
     yield from ui.properties("WORLD")
     yield from ui.sidebar("VIEW_3D")
+    yield from resting(ui)
 
 
 def resting(ui: Any) -> Iterator[float]:
-    """Move the mouse out of the picture's middle."""
+    """Move the mouse, and the pointer that is seen, out of the picture."""
+    ui.window.cursor_warp(ui.window.width - 4, 4)
     yield from ui.move(ui.window.width - 4, 4)
     yield 0.5
 
@@ -232,10 +234,6 @@ def pointing(ui: Any, _panels: OwnPanels, _photographs: Path) -> Iterator[float]
     with ui.context("IMAGE_EDITOR"):
         bpy.ops.image.view_all(fit_view=True)
     yield 0.3
-    with ui.context("IMAGE_EDITOR"):
-        bpy.ops.image.view_zoom_ratio(ratio=1.3)
-        bpy.ops.image.view_pan(offset=(70.0, 0.0))
-    yield 0.3
     ui.operator("spectral_probe.pick_direction", at="IMAGE_EDITOR")
     shown = bpy.context.window_manager.spectral_probe_panorama
     yield from ui.move(*_place(ui, *_WINDOW_DEG))
@@ -246,14 +244,19 @@ def pointing(ui: Any, _panels: OwnPanels, _photographs: Path) -> Iterator[float]
     ui.operator("spectral_probe.draw_region", "EXEC_DEFAULT", at="IMAGE_EDITOR", corners=_CORNERS)
     yield 0.3
     ui.operator("spectral_probe.edit_region", at="IMAGE_EDITOR")
-    yield from resting(ui)
     ui.shot("region", "IMAGE_EDITOR")
     yield from ui.key("ESC", "IMAGE_EDITOR")
     ui.operator("spectral_probe.choose_glass", at="IMAGE_EDITOR")
     yield 0.5
     ui.shot("glasses", "IMAGE_EDITOR")
     yield from ui.key("ESC", "IMAGE_EDITOR")
-    yield 0.3
+    ball = [getattr(bpy.types, _PREFIX + name) for name in ("image_ball", "image_overlay")]
+    for panel in reversed(ball):
+        bpy.utils.unregister_class(panel)
+    yield from ui.sidebar("IMAGE_EDITOR")
+    ui.shot("panorama", "IMAGE_EDITOR", "UI")
+    for panel in ball:
+        bpy.utils.register_class(panel)
 
 
 def _place(ui: Any, azimuth_deg: float, elevation_deg: float) -> tuple[int, int]:

@@ -33,8 +33,11 @@ MOST_BYTES = 2_000_000
 LIMIT_S = 1500
 COLOURS = 128
 _MARGIN_PX = 12
-_HEIGHTS_PX = {"import": 420, "guide": 400, "imported": 620}
-"""Of pictures whose lower part shows nothing."""
+_ROWS_PX = {
+    "import": (0, 420), "guide": (0, 400), "imported": (0, 620), "lit": (160, 800),
+    "direction": (240, 740), "region": (240, 740), "glasses": (240, 740),
+}  # fmt: skip
+"""First and last row of pictures of which the rest shows nothing."""
 
 _PHOTOGRAPHIC = frozenset({"lit", "sheet", "direction", "glasses", "region", "outline"})
 """These show photographs or renders: all the colours a palette can have."""
@@ -110,9 +113,8 @@ def pack(folder: Path) -> int:
         if file.stem == "error":
             continue
         with Image.open(file) as opened:
-            picture = cut(
-                opened.convert("RGB").crop((0, 0, opened.width, _HEIGHTS_PX.get(file.stem, opened.height)))
-            )
+            top, bottom = _ROWS_PX.get(file.stem, (0, opened.height))
+            picture = cut(opened.convert("RGB").crop((0, top, opened.width, bottom)))
         photographic = file.stem in _PHOTOGRAPHIC
         picture.quantize(
             256 if photographic else COLOURS,
