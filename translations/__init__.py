@@ -13,6 +13,7 @@ from pathlib import Path
 
 import bpy
 
+from .in_window import IN_WINDOW
 from .po import Messages, read_po
 from .templates import in_other_words
 
@@ -27,7 +28,8 @@ def languages() -> dict[str, Messages]:
 
 
 def of_core(sentence: str) -> str:
-    """A sentence of the core in Blender's language, where reports are translated; else as it is."""
+    """A sentence of the core in words of the window, and in Blender's language where reports are translated."""
+    sentence = in_other_words(sentence, IN_WINDOW)
     templates = _core_templates(bpy.app.translations.locale)
     if not templates or not bpy.context.preferences.view.use_translate_reports:
         return sentence

@@ -70,7 +70,7 @@ def _of_classes(extension: ModuleType) -> Iterator[tuple[str, str, str]]:
             yield "*", rna.description, place
         elif hasattr(kind, "bl_label"):
             yield "*", kind.bl_label, place
-            yield "*", rna.description if issubclass(kind, bpy.types.Menu) else "", place
+            yield "*", (kind.__doc__ or "") if issubclass(kind, bpy.types.Menu) else "", place
             yield "*", getattr(kind, "bl_category", ""), place
         own = set(rna.properties.keys()) - set(rna.base.properties.keys() if rna.base else ())
         for name in sorted(own - {"rna_type", "name"} if is_operator else own - {"rna_type"}):
@@ -90,13 +90,14 @@ def _of_property(prop: Any, place: str) -> Iterator[tuple[str, str, str]]:
 
 def _of_code(extension: ModuleType) -> Iterator[tuple[str, str, str]]:
     texts = importlib.import_module(".translations.source_texts", extension.__name__)
-    core = importlib.import_module(".translations", extension.__name__).CORE
+    translations = importlib.import_module(".translations", extension.__name__)
+    core, in_window = translations.CORE, translations.IN_WINDOW
     for file in shown_files():
         for text in texts.texts_in(file, ROOT):
             yield text.context, text.message, text.file
     for file in (*sorted((ROOT / "spectral_probe").rglob("*.py")), *shown_files()):
         for text in texts.sentences_in(file, ROOT):
-            yield core, text.message, text.file
+            yield core, in_window.get(text.message, text.message), text.file
 
 
 def po_text(messages: dict[Key, list[str]], translated: dict[Key, str], language: str) -> str:

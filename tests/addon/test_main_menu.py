@@ -8,6 +8,9 @@ import bpy
 
 # Those that stand in another menu or list, or make no sense by their name alone.
 ELSEWHERE = {
+    "render_spectral": "the Render menu itself",
+    "render_animation": "the Render menu itself",
+    "render_and_compare": "the Render menu itself",
     "add_object": "Add > Spectral Metal",
     "move_photo": "the menu beside the list of photographs: it needs a target",
     "load_preset": "the menus of presets",

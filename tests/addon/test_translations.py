@@ -184,6 +184,27 @@ def test_sentences_of_the_core_are_translated_by_their_templates(in_extension, m
     assert translations.of_core("Something else") == "Something else"
 
 
+def test_words_of_the_window_are_for_sentences_of_the_core(in_extension, texts):
+    in_window, templates = in_extension("translations").IN_WINDOW, in_extension("translations.templates")
+    files = sorted((ROOT / "spectral_probe").rglob("*.py"))
+    said = {text.message for file in files for text in texts.sentences_in(file, ROOT)}
+    for sentence, words in in_window.items():
+        assert sentence in said, sentence
+        assert set(templates.places(sentence)) == set(templates.places(words)), sentence
+        assert "--" not in words, words
+
+
+def test_nobody_before_a_window_is_told_to_edit_a_file(in_extension):
+    of_core = in_extension("translations").of_core
+    told = of_core(
+        "a.jpg does not say its focal length. Add focal_px, or focal_mm and sensor_width_mm, to [camera] in the capture file."
+    )
+    assert (
+        told
+        == "a.jpg does not say its focal length. Give Focal Length in World > Spectral Probe > Capture > Camera."
+    )
+
+
 def test_braces_in_a_sentence_stay(in_extension):
     in_other_words = in_extension("translations.templates").in_other_words
     assert in_other_words("{0}.exr is gone", {"{0} is gone": "{0} ist weg"}) == "{0}.exr ist weg"
