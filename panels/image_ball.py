@@ -71,13 +71,12 @@ class SPECTRAL_PROBE_PT_image_overlay(InImageEditor, bpy.types.Panel):
 
 
 def _draw_photograph(layout: bpy.types.UILayout, context: bpy.types.Context, view: Any) -> None:
-    shown = view.shown
-    buttons = layout.row(align=True)
-    if shown.picture is not None:
-        buttons.operator("spectral_probe.show_photograph", text="", icon="TRIA_LEFT").step = -1
-    job_button(buttons, context, "spectral_probe.show_photograph", "IMAGE_DATA")
-    if shown.picture is not None:
-        buttons.operator("spectral_probe.show_photograph", text="", icon="TRIA_RIGHT").step = 1
+    verb = "spectral_probe.show_photograph"
+    if view.shown.picture is not None:
+        steps = layout.row(align=True)
+        steps.operator(verb, text="Before", icon="TRIA_LEFT").step = -1
+        steps.operator(verb, text="Next", icon="TRIA_RIGHT").step = 1
+    job_button(layout, context, verb, "IMAGE_DATA")
     settings_layout(layout).prop(context.scene.spectral_probe.overlay, "exposure_ev")
 
 
