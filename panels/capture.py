@@ -184,6 +184,6 @@ class SPECTRAL_PROBE_PT_ball(InWorld, bpy.types.Panel):
 def _draw_outline(column: bpy.types.UILayout, view: bpy.types.AnyType) -> None:
     column.label(text=view.name, icon="CHECKMARK")
     row(column, "Centre", "{:.1f}, {:.1f} px".format(*view.found_centre_px))
-    row(column, "Semi-axes", "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
+    row(column, "Semi-Axes", "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
     row(column, "Angle", f"{math.degrees(view.found_angle):.1f}°")
     row(column, "RMS", f"{view.found_rms_px:.3f} px")
