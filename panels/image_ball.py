@@ -93,8 +93,8 @@ def draw_found(column: bpy.types.UILayout, view: Any) -> None:
     """The outline found in a view, in numbers."""
     column.label(text=view.name, icon="CHECKMARK", translate=False)
     row(column, iface_("Centre"), "{:.1f}, {:.1f} px".format(*view.found_centre_px))
-    row(column, iface_("Semi-axes"), "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
+    row(column, iface_("Semi-Axes"), "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
     row(column, iface_("Angle"), f"{math.degrees(view.found_angle):.1f}°")
     row(column, iface_("RMS"), f"{view.found_rms_px:.3f} px")
     if view.shown.cone_angle > 0.0:
-        row(column, iface_("Blind cone"), f"±{math.degrees(view.shown.cone_angle):.1f}°")
+        row(column, iface_("Blind Cone"), f"±{math.degrees(view.shown.cone_angle):.1f}°")
