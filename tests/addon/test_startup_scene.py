@@ -5,8 +5,9 @@ import pytest
 
 
 @pytest.fixture
-def startup(extension):
+def startup(scene):
     """Blender's start-up scene."""
+    del scene  # its extension is what is needed
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     yield bpy.context.scene
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
