@@ -10,7 +10,7 @@ import bpy
 MODULE = "bl_ext.user_default.spectral_probe"
 PERCENTAGE, SAMPLES = 5, 4
 FIRST_BUTTON_PX, NEXT_BUTTON_PX = 50, 56  # below the sidebar's top; a closed report is between two buttons
-ANSWER_S = 5.0
+ANSWER_S = 20.0
 
 
 def steps(ui):
