@@ -21,10 +21,8 @@ if TYPE_CHECKING:
 
 def build_and_write(capture: Capture, width_px: int | None, directory: Path) -> Job[Probe]:
     """Build the probe, as fine as the photographs where no width is given, and write its files."""
-    from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.probe import build_probe, write_outputs
 
-    check_folder(directory)
     probe = yield from part(build_probe(capture, width_px), 0.0, 0.8)
     yield from part(write_outputs(probe, directory), 0.8, 1.0)
     return probe
