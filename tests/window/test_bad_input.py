@@ -33,7 +33,6 @@ def test_nothing_is_left_of_what_was_ended(scenario, capture, tmp_path):
     gone = "Detect Ball ended: its scene, or something it uses, was removed meanwhile. Undo that, and start it again."
     assert results["detect+remove_scene"]["told"][-1] == gone
     assert results["detect+remove_scene"]["left"] == {"scenes": ["Other"]}
-    assert "view" in results["build+clear_views"]["told"][-1]
     running = "Detect Ball is still running. Wait until it is done, or stop it with ESC."
     assert results["second"] == [running, running]
     for name in ("off+detect", "off+drag_handle", "off+draw_region"):

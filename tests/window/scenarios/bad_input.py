@@ -427,7 +427,6 @@ CASES["drops"] = drops
 
 LASTING = (
     "detect+remove_scene",
-    "build+clear_views",
     "detect+second_job",
     "off+detect",
     "off_during_drag",
