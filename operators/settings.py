@@ -11,6 +11,7 @@ import bpy
 
 from ..preferences import library_folder
 from ..spectral_probe.errors import CaptureError
+from ..spectral_probe.files.atomic import check_folder
 from ..spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings
 from .bridge import packed_probe
 from .bridge.packed_probe import EDITS, PROBE
@@ -35,10 +36,14 @@ def folder_of(text: str, name: str) -> Path:
     ------
     CaptureError
         If it is relative to a .blend that was never saved, or empty.
+    FileFormatError
+        If nothing may be written there.
     """
     if not text or (text.startswith("//") and not bpy.data.filepath):
         raise CaptureError(f"Save the .blend first, or choose a {name} folder that is not relative to it.")
-    return Path(bpy.path.abspath(text))
+    folder = Path(bpy.path.abspath(text))
+    check_folder(folder)
+    return folder
 
 
 def built_folder(settings: bpy.types.PropertyGroup) -> Path:

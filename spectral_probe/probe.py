@@ -17,6 +17,7 @@ import numpy as np
 from .composite.probe_views import MATCHING_KEY, ProbeView, probe_view, view_table
 from .composition import compose
 from .errors import CaptureError
+from .files.atomic import make_folder
 from .files.image_exr import write_rgb
 from .files.probe_exr import write_layers, write_probe
 from .files.spectral_exr import write_spectral_panorama
@@ -217,7 +218,7 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
     directory = Path(directory)
     start = time.perf_counter()
     layers = light_layers(probe.panorama)  # refuses a panorama without light before anything is made
-    directory.mkdir(parents=True, exist_ok=True)
+    make_folder(directory)
     with TemporaryDirectory(prefix=".writing-", dir=directory) as name:
         folder = Path(name)
         yield Progress(0.0, "Writing probe.exr")

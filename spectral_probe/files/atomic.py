@@ -66,3 +66,27 @@ def check_folder(directory: Path) -> None:
         raise FileFormatError(f"{nearest} is a file, not a folder. Choose another folder to write to.")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise FileFormatError(f"The folder {nearest} may not be written to. Choose another.")
+
+
+def make_folder(directory: Path) -> None:
+    """Make a folder and those it lies in, where they are missing.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be made.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp()) / "a" / "b"
+    >>> make_folder(folder)
+    >>> folder.is_dir()
+    True
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise FileFormatError(
+            f"The folder {directory} cannot be made ({problem.strerror}). Choose another."
+        ) from None

@@ -181,8 +181,15 @@ def test_a_second_job_is_refused_in_one_sentence(operator, context):
     assert second.log == []
 
 
-@pytest.mark.parametrize("handlers", ["undo_pre", "redo_pre"])
-def test_undo_ends_a_job_on_the_scene_and_says_so(operator, context, handlers):
+@pytest.mark.parametrize(
+    ("handlers", "told"),
+    [
+        ("undo_pre", "undo was pressed"),
+        ("redo_pre", "undo was pressed"),
+        ("save_pre", "the file was saved"),
+    ],
+)
+def test_undo_and_saving_end_a_job_on_the_scene_and_say_so(operator, context, handlers, told):
     steps = operator()
     steps._begin(context)
     steps.modal(context, TIMER)
@@ -190,7 +197,7 @@ def test_undo_ends_a_job_on_the_scene_and_says_so(operator, context, handlers):
     handler(context.scene)
     assert steps.log == [0, "put back"]
     assert steps.modal(context, CLICK) == {"CANCELLED"}
-    assert steps.reports == [({"WARNING"}, "Steps was stopped, because undo was pressed")]
+    assert steps.reports == [({"WARNING"}, f"Steps was stopped, because {told}")]
     assert context.noted[-1] == "end"
 
 
@@ -203,6 +210,10 @@ def test_switching_the_extension_off_ends_a_job(operator, context, in_extension)
     assert module.running() is None
     for handlers in (bpy.app.handlers.undo_pre, bpy.app.handlers.redo_pre):
         assert not [one for one in handlers if "running_job" in one.__module__]
+    in_extension(
+        "operators.open_modals"
+    ).close_all()  # Blender does not call `cancel` of an operator that is gone
+    assert {"timer removed", "end"} <= set(context.noted)
     module.register()
     module.register()
     assert len([one for one in bpy.app.handlers.undo_pre if "running_job" in one.__module__]) == 1

@@ -73,6 +73,26 @@ def test_import_fills_the_settings(imported, capture_file, in_extension):
     assert [view.name for view in imported.views] == ["view_0", "view_1"]
 
 
+@pytest.mark.parametrize("verb", ["build_probe", "light_from_photographs"])
+def test_a_folder_that_cannot_be_written_to_is_refused_at_once(imported, tmp_path, verb):
+    (tmp_path / "file").write_text("not a folder")
+    imported.probe_directory = str(tmp_path / "file" / "probe")
+    with pytest.raises(RuntimeError, match="is a file, not a folder. Choose another folder to write to."):
+        getattr(ops, verb)()
+    imported.probe_directory = "//probe"
+    with pytest.raises(RuntimeError, match="Save the .blend first, or choose a probe folder"):
+        getattr(ops, verb)()
+
+
+def test_a_render_into_a_file_is_refused_at_once(imported, scene, tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    scene.render.engine = "CYCLES"
+    imported.light, imported.render_directory = "WORLD", str(tmp_path / "file" / "render")
+    for verb in (ops.render_spectral, ops.render_and_compare):
+        with pytest.raises(RuntimeError, match="is a file, not a folder. Choose another folder to write to."):
+            verb()
+
+
 def test_import_into_an_unsaved_blend_puts_folders_beside_the_capture(imported, capture_file):
     assert Path(imported.probe_directory) == capture_file.parent / "probe"
 

@@ -15,12 +15,14 @@ def module(name):
 
 
 def steps(ui):
-    """Play the cases named by the words after the capture and the folder; all without any."""
-    names = ui.words[2:] or list(CASES)
+    """Play the cases named by the words after the capture and the folder; without any those of the test.
+
+    At the end a job is left running: Blender is quit with it.
+    """
+    names = ui.words[2:] or LASTING
     for name in names:
         yield from fresh(ui)
         before = ui.reports()
-        print("CASE", name, flush=True)
         with ui.step(name):
             yield from CASES[name](ui)
             yield from ui.wait_job(120)
@@ -29,6 +31,9 @@ def steps(ui):
         told = after[len(before) :] if after[: len(before)] == before else after
         ui.results[name] = {"told": told, **ui.results.get(name, {})}
         ui.results[name]["left"] = left_behind(ui)
+    yield from fresh(ui)
+    yield from started(ui)
+    ui.results["quit during"] = ui.job
 
 
 def fresh(ui):
@@ -58,7 +63,10 @@ def state(ui):
         "cycles": [(scene.cycles.samples, scene.render.use_persistent_data) for scene in bpy.data.scenes],
         "compositor": [str(scene.compositing_node_group) for scene in bpy.data.scenes],
         "modal": [
-            one.bl_idname for window in bpy.context.window_manager.windows for one in window.modal_operators
+            one.bl_idname
+            for window in bpy.context.window_manager.windows
+            for one in window.modal_operators
+            if one is not None  # whose class is gone: Blender drops it at the next event
         ],
     }
 
@@ -273,7 +281,7 @@ def off_during(start):
         yield 0.3
         ui.results[name] = {"off": off_state(ui), "data": left_behind(ui)}
         ui.shot(name)
-        yield from ui.key("ESC")
+        yield from ui.key("ESC", "PROPERTIES")
         switched(ui, True)
         yield 0.3
 
@@ -304,7 +312,6 @@ def off_state(ui):
             for owner in (bpy.types.Scene, bpy.types.Material, bpy.types.Light, bpy.types.WindowManager)
             if any("spectral_probe" in key for key in owner.bl_rna.properties.keys())
         ],
-        "timers": [],
     }
 
 
@@ -321,3 +328,108 @@ def off_and_on(ui):
 
 CASES |= {f"off+{start.__name__}": off_during(start) for start in (detect, build, render, rendering)}
 CASES["off_and_on"] = off_and_on
+
+
+def drag_handle(ui):
+    """The outline's centre, held by the mouse."""
+    yield from ui.show("IMAGE_EDITOR", "VIEW_3D")
+    ui.operator("spectral_probe.import_capture", "EXEC_DEFAULT", at=None, filepath=ui.words[0])
+    ui.operator("spectral_probe.detect_ball", at="IMAGE_EDITOR")
+    yield from ui.wait_job()
+    yield 0.5
+    region, view = ui.region("IMAGE_EDITOR"), ui.scene.spectral_probe.views[0]
+    x, y = module("operators.edit_outline").space_of(region, view).to_region(80.0, 60.0)
+    x, y = int(region.x + x), int(region.y + y)
+    yield from ui.move(x, y)
+    yield 0.2
+    ui.window.event_simulate(type="LEFTMOUSE", value="PRESS", x=x, y=y)
+    yield 0.1
+    for step in (10, 20):
+        yield from ui.move(x + step, y)
+    ui.results["dragged"] = state(ui)["modal"], list(view.outline_px)
+    ui.state = {**state(ui), "modal": []}
+
+
+def draw_region(ui):
+    """Two corners of a polygon."""
+    yield from ui.show("IMAGE_EDITOR", "VIEW_3D")
+    small_probe(ui)
+    ui.scene.spectral_probe.region.kind, ui.scene.spectral_probe.region.polygon = (
+        "POLYGON",
+        "0 0, 20 0, 20 20",
+    )
+    ui.operator("spectral_probe.show_panorama", at="IMAGE_EDITOR")
+    yield from ui.wait_job()
+    yield 0.5
+    ui.operator("spectral_probe.draw_region", at="IMAGE_EDITOR")
+    region = ui.region("IMAGE_EDITOR")
+    for share in (0.45, 0.55):
+        yield from ui.click(region.x + int(share * region.width), region.y + region.height // 2)
+    ui.results["drawn"] = state(ui)["modal"], ui.scene.spectral_probe.region.polygon
+    ui.state = {**state(ui), "modal": []}
+
+
+def off_during_drag(ui):
+    yield from off_during(drag_handle)(ui)
+    ui.results["after the drag"] = list(ui.scene.spectral_probe.views[0].outline_px)
+
+
+def off_during_drawing(ui):
+    yield from off_during(draw_region)(ui)
+    ui.results["after drawing"] = ui.scene.spectral_probe.region.polygon
+
+
+CASES |= {"off_during_drag": off_during_drag, "off_during_drawing": off_during_drawing}
+
+
+# ---------------------------------------------------------------- what is dropped
+
+
+def drops(ui):
+    """Things that are no photographs, among such that are."""
+    folder = Path(ui.words[1], "dropped")
+    photograph = (Path(ui.words[0]).parent / "view_0.exr").read_bytes()
+    (folder / "many").mkdir(parents=True)
+    (folder / "empty").mkdir()
+    for number in range(200):
+        (folder / "many" / f"photo_{number:03}.exr").write_bytes(photograph)
+    for name, content in {
+        "video.mp4": b"\0\0\0\x18ftypmp42", "text.txt": b"no photograph", "text.jpg": b"no photograph",
+        "broken.dng": b"II*\0\x08\0\0\0", "cut.exr": photograph[:500], "empty.png": b"", "good.exr": photograph,
+    }.items():  # fmt: skip
+        (folder / name).write_bytes(content)
+    told = ui.results.setdefault("drops", {})
+    for names in (
+        ["many"], ["empty"], ["video.mp4"], ["text.txt"], ["text.jpg"], ["broken.dng"], ["cut.exr"], ["empty.png"],
+        ["good.exr", "text.jpg", "broken.dng"], ["good.exr"],
+    ):  # fmt: skip
+        before = len(ui.reports())
+        try:
+            answer = ui.drop([folder / name for name in names], "VIEW_3D")
+        except RuntimeError as problem:
+            answer = {str(problem)}
+        yield from ui.wait_job()
+        views = [len(view.photos) for view in ui.scene.spectral_probe.views]
+        told[", ".join(names)] = [
+            sorted(answer),
+            ui.reports()[before:],
+            views if len(views) < 9 else len(views),
+        ]
+    files = [folder / "many" / f"photo_{number:03}.exr" for number in range(200)]
+    before = len(ui.reports())
+    ui.drop(files, "VIEW_3D")
+    yield from ui.wait_job()
+    told["200 files"] = [ui.reports()[before:], len(ui.scene.spectral_probe.views)]
+
+
+CASES["drops"] = drops
+
+
+LASTING = (
+    "detect+remove_scene",
+    "detect+second_job",
+    "off+detect",
+    "off_during_drag",
+    "off_during_drawing",
+)
+"""What the test plays: no renders, which take seconds each."""
