@@ -33,6 +33,7 @@ MOST_BYTES = 2_000_000
 LIMIT_S = 1500
 COLOURS = 128
 _MARGIN_PX = 12
+_WIDEST_PX = 1400
 _ROWS_PX = {
     "import": (0, 420), "guide": (0, 400), "imported": (0, 620), "lit": (160, 800),
     "direction": (240, 740), "region": (240, 740), "glasses": (240, 740),
@@ -115,6 +116,7 @@ def pack(folder: Path) -> int:
         with Image.open(file) as opened:
             top, bottom = _ROWS_PX.get(file.stem, (0, opened.height))
             picture = cut(opened.convert("RGB").crop((0, top, opened.width, bottom)))
+        picture.thumbnail((_WIDEST_PX, _WIDEST_PX * 2), Image.Resampling.LANCZOS)
         photographic = file.stem in _PHOTOGRAPHIC
         picture.quantize(
             256 if photographic else COLOURS,
