@@ -1,4 +1,7 @@
-"""The manual names every panel and operator (its verbs: tests/core/test_cli.py); its reference is what Blender knows now; its links and pictures are there."""
+"""The manual names every panel and operator; its reference is what Blender knows now; its links and pictures are there.
+
+That it names every verb of the command line is looked at in tests/core/test_cli.py.
+"""
 
 import importlib.util
 import re
