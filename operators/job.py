@@ -23,6 +23,7 @@ from ..translations import of_core
 from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
 from .job_progress import progress_shown
 from .job_report import keep_report
+from .open_modals import keep_open
 from .running_job import RunningJob, running
 
 RUNNING: OperatorResult = {"RUNNING_MODAL"}
@@ -139,6 +140,7 @@ class JobOperator(ReportsErrors):
             opened.callback(context.window_manager.event_timer_remove, timer)
             context.window_manager.modal_handler_add(self)
             self._open = opened.pop_all()
+            keep_open(self._open)
         return RUNNING
 
     def _whole(self, context: bpy.types.Context) -> Job[Any]:

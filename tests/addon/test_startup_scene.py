@@ -5,7 +5,7 @@ import pytest
 
 
 @pytest.fixture
-def startup(extension):
+def startup():
     """Blender's start-up scene."""
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     yield bpy.context.scene
