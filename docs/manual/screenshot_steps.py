@@ -218,7 +218,7 @@ def lighting(ui: Any, panels: OwnPanels, _photographs: Path) -> Iterator[float]:
         bpy.ops.view3d.view_center_camera()
     space.shading.type = "RENDERED"
     yield from resting(ui)
-    yield 25.0
+    yield 60.0
     ui.shot("lit", "VIEW_3D")
     ui.shot("world", "PROPERTIES")
     space.shading.type = "SOLID"

@@ -35,7 +35,7 @@ COLOURS = 128
 _MARGIN_PX = 12
 _WIDEST_PX = 1400
 _ROWS_PX = {
-    "import": (0, 420), "guide": (0, 400), "imported": (0, 620), "lit": (160, 800),
+    "import": (0, 420), "guide": (0, 400), "imported": (0, 620), "lit": (0, 800), "panorama": (0, 520),
     "direction": (240, 740), "region": (240, 740), "glasses": (240, 740),
 }  # fmt: skip
 """First and last row of pictures of which the rest shows nothing."""
