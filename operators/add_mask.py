@@ -11,7 +11,7 @@ from .settings import probe_folder
 
 
 class SPECTRAL_PROBE_OT_add_mask(ReportsErrors, bpy.types.Operator):
-    """Make a mask to paint on: the panorama, transparent. Paint white in the image editor, with its channels set to Colour"""
+    """Make a mask to paint on: the panorama, transparent. Paint white in the Image Editor, with its channels set to Colour"""
 
     bl_idname = "spectral_probe.add_mask"
     bl_label = "New Mask"

@@ -67,7 +67,7 @@ def views_with_balls(capture: Capture) -> list[int]:
 
 
 class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
-    """Find the ball's outline in the photographs and show it in the image editor"""
+    """Find the ball's outline in the photographs and show it in the Image Editor"""
 
     bl_idname = "spectral_probe.detect_ball"
     bl_label = "Detect Ball"

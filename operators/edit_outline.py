@@ -60,7 +60,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         image = space.image if space is not None and space.type == "IMAGE_EDITOR" else None
         if view_shown(context.scene, image) is not None:
             return True
-        cls.poll_message_set("Show a photograph of a view in the image editor first")
+        cls.poll_message_set("Show a photograph of a view in the Image Editor first")
         return False
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:

@@ -163,7 +163,7 @@ class SPECTRAL_PROBE_FH_photographs(bpy.types.FileHandler):
     """Photographs and capture files may be dropped where they are used."""
 
     bl_idname = "SPECTRAL_PROBE_FH_photographs"
-    bl_label = "Mirrored ball photographs"
+    bl_label = "Mirrored Ball Photographs"
     bl_import_operator = "spectral_probe.import_photographs"
     bl_file_extensions = DROPPED_SUFFIXES
 

@@ -25,7 +25,9 @@ def of_the_ball(groups: Sequence[ViewGroup]) -> tuple[list[ViewGroup], list[str]
     for wanted, sentence in (
         (
             _bracketed,
-            rpt_("{files} left out: single among brackets, such as a background. Import it alone to add it"),
+            rpt_(
+                "{files} left out: single among brackets, such as a background. To add one, import it alone"
+            ),
         ),
         (
             _largest,

@@ -31,8 +31,11 @@ def paths_in(settings: bpy.types.PropertyGroup) -> set[Path]:
     }
 
 
-ASSUMED_SENSOR_MM = 36.0
-"""Width of the sensor where nothing says it: full frame."""
+_FULL_FRAME_MM = 36.0
+_TELEPHONE_MM = 9.0
+"""A shorter lens belongs to a telephone or a compact camera, whose small sensor sees as much as..."""
+_EQUIVALENT_MM = 27.0
+"""...this lens does on full frame."""
 
 
 def add_views(settings: bpy.types.PropertyGroup, groups: Sequence[ViewGroup]) -> None:
@@ -105,19 +108,22 @@ def assume_lens(settings: bpy.types.PropertyGroup, groups: Sequence[ViewGroup]) 
     records = [record for group in groups for record in group.photos]
     if camera.focal_source != "EXIF" or camera.sensor_width_mm or any(r.has_sensor_width for r in records):
         return []
-    camera.sensor_width_mm = ASSUMED_SENSOR_MM
-    if all(record.focal_mm for record in records):
+    lenses_mm = [record.focal_mm for record in records if record.focal_mm]
+    camera.sensor_width_mm = _FULL_FRAME_MM
+    if lenses_mm and max(lenses_mm) < _TELEPHONE_MM:
+        camera.sensor_width_mm = round(_FULL_FRAME_MM * lenses_mm[0] / _EQUIVALENT_MM, 1)
+    if len(lenses_mm) == len(records):
         text = rpt_(
-            "The photographs do not say how wide the sensor is: {sensor:g} mm (full frame) is assumed. If it is smaller or they "
+            "The photographs do not say how wide the sensor is: {sensor:.3g} mm is assumed. If it is smaller or they "
             "are cut, directions near the ball's rim are off by degrees: correct it in World > Capture > Camera"
         )
     else:
         camera.focal_source = "MM"
         text = rpt_(
-            "The photographs do not say their lens: {focal:g} mm on a sensor {sensor:g} mm wide is assumed. If it is another or "
-            "they are cut, directions near the ball's rim are off by degrees: correct it in World > Capture > Camera"
+            "The photographs do not say their lens: {focal:g} mm on a sensor {sensor:.3g} mm wide is assumed. If it is another, "
+            "or they are cut, directions near the ball's rim are off by degrees: correct it in World > Capture > Camera"
         )
-    return [text.format(focal=camera.focal_mm, sensor=ASSUMED_SENSOR_MM)]
+    return [text.format(focal=camera.focal_mm, sensor=camera.sensor_width_mm)]
 
 
 def summary(settings: bpy.types.PropertyGroup, photographs: int) -> str:

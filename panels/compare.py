@@ -33,7 +33,7 @@ class SPECTRAL_PROBE_PT_compare(InRender, bpy.types.Panel):
         row(column, "Mean ΔE 2000", f"{comparison.mean_de2000:.2f}")
         row(column, "95 % below", f"{comparison.p95_de2000:.2f}")
         row(column, "Largest", f"{comparison.max_de2000:.2f}")
-        row(column, "xy shift", "{:+.4f}, {:+.4f}".format(*comparison.xy_shift))
+        row(column, "xy Shift", "{:+.4f}, {:+.4f}".format(*comparison.xy_shift))
         if chosen.objects:
             _draw_objects(results(layout), chosen.objects)
         for warning in comparison.warnings.splitlines():

@@ -43,7 +43,7 @@ class SPECTRAL_PROBE_PT_image_ball(InImageEditor, bpy.types.Panel):
         column.prop(settings, "all_views")
         job_button(layout, context, "spectral_probe.detect_ball", "VIEWZOOM")
         if view.has_outline:
-            _draw_found(results(layout), view)
+            draw_found(results(layout), view)
 
 
 class SPECTRAL_PROBE_PT_image_overlay(InImageEditor, bpy.types.Panel):
@@ -89,11 +89,12 @@ def changed_since(view: Any) -> bool:
     return any(abs(one - other) > 0.05 for one, other in zip(now, view.shown.fitted_px, strict=True))
 
 
-def _draw_found(column: bpy.types.UILayout, view: Any) -> None:
+def draw_found(column: bpy.types.UILayout, view: Any) -> None:
+    """The outline found in a view, in numbers."""
     column.label(text=view.name, icon="CHECKMARK", translate=False)
     row(column, iface_("Centre"), "{:.1f}, {:.1f} px".format(*view.found_centre_px))
-    row(column, iface_("Semi-axes"), "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
+    row(column, iface_("Semi-Axes"), "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
     row(column, iface_("Angle"), f"{math.degrees(view.found_angle):.1f}°")
     row(column, iface_("RMS"), f"{view.found_rms_px:.3f} px")
     if view.shown.cone_angle > 0.0:
-        row(column, iface_("Blind cone"), f"±{math.degrees(view.shown.cone_angle):.1f}°")
+        row(column, iface_("Blind Cone"), f"±{math.degrees(view.shown.cone_angle):.1f}°")

@@ -35,7 +35,10 @@ def read_po(text: str) -> Messages:
             if found[1]:
                 field = found[1]
                 fields[field] = ""
-            fields[field] += _ESCAPED.sub(lambda code: _MEANING.get(code[1], code[1]), found[2])
+            text = found[2]
+            fields[field] += (
+                _ESCAPED.sub(lambda code: _MEANING.get(code[1], code[1]), text) if "\\" in text else text
+            )
         if fields["msgid"] and fields["msgstr"] and "#, fuzzy" not in entry:
             messages[fields["msgctxt"], fields["msgid"]] = fields["msgstr"]
     return messages

@@ -7,7 +7,8 @@ count what is put in. A sentence that was made so fits its template, and what fi
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from functools import cache
 
 _PLACE = re.compile(r"\{(\d+)\}")
 
@@ -51,20 +52,24 @@ def places(template: str) -> list[str]:
     return sorted(_PLACE.findall(template))
 
 
-def are_alike(templates: Iterable[str]) -> bool:
-    """Whether a template and its translation put in the same."""
-    return len({tuple(sorted(set(places(template)))) for template in templates}) == 1
-
-
+@cache
 def _fixed_letters(template: str) -> int:
     return len(_PLACE.sub("", template))
 
 
-def _fitted(sentence: str, template: str) -> dict[str, str] | None:
+@cache
+def _pattern(template: str) -> tuple[re.Pattern[str], tuple[str, ...]] | None:
+    """What a sentence made by a template looks like, and the numbers of what is put in; None where nothing is."""
     parts = _PLACE.split(template)  # text, number, text, number, text
-    numbers = parts[1::2]
+    numbers = tuple(parts[1::2])
     if not numbers or not _fixed_letters(template):
         return None
-    pattern = "(.*?)".join(re.escape(text) for text in parts[::2])
-    found = re.fullmatch(pattern, sentence, re.DOTALL)
-    return None if found is None else dict(zip(numbers, found.groups(), strict=True))
+    return re.compile("(.*?)".join(re.escape(text) for text in parts[::2]), re.DOTALL), numbers
+
+
+def _fitted(sentence: str, template: str) -> dict[str, str] | None:
+    pattern = _pattern(template)
+    if pattern is None:
+        return None
+    found = pattern[0].fullmatch(sentence)
+    return None if found is None else dict(zip(pattern[1], found.groups(), strict=True))

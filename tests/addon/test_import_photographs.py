@@ -262,6 +262,14 @@ def test_a_lens_is_assumed_and_told_where_nothing_says_it(settings, tmp_path, ca
     assert "50 mm on a sensor 36 mm wide is assumed" in said(capfd)
 
 
+def test_a_telephones_sensor_is_small(settings, in_extension):
+    grouping, metadata = (in_extension(f"spectral_probe.photo.{name}") for name in ("grouping", "metadata"))
+    views = in_extension("operators.photograph_views")
+    group = grouping.ViewGroup((metadata.PhotoRecord(Path("IMG_1.jpg"), focal_mm=4.5),))
+    assert "6 mm is assumed" in views.assume_lens(settings, [group])[0]
+    assert settings.camera.sensor_width_mm == 6.0, "as wide a view as 27 mm on full frame"
+
+
 def _record(name, size_px=(60, 40), exposure=True, taken_s=None, in_extension=None):
     metadata, model = in_extension("spectral_probe.photo.metadata"), in_extension("spectral_probe.model")
     return metadata.PhotoRecord(
@@ -270,7 +278,10 @@ def _record(name, size_px=(60, 40), exposure=True, taken_s=None, in_extension=No
 
 
 def test_cut_and_unexposed_photographs_are_left_out_and_told(in_extension):
-    grouping, choice = in_extension("spectral_probe.photo.grouping"), in_extension("operators.photograph_choice")
+    grouping, choice = (
+        in_extension("spectral_probe.photo.grouping"),
+        in_extension("operators.photograph_choice"),
+    )
 
     def group(prefix, **words):
         times_s = [10.0 * number for number in range(3)] if words.pop("timed") else [None] * 3
