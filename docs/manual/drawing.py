@@ -46,7 +46,7 @@ def _from_above(axes: Any) -> None:
     axes.text(
         0,
         8.6,
-        "not seen by view 1: a cone\nbehind the ball, r / d wide to each side",
+        "not seen by view 1: a cone\nbehind the ball, asin(r / d) to each side",
         ha="center",
         va="bottom",
     )

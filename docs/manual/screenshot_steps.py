@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -217,7 +218,7 @@ def lighting(ui: Any, panels: OwnPanels, _photographs: Path) -> Iterator[float]:
         bpy.ops.view3d.view_center_camera()
     space.shading.type = "RENDERED"
     yield from resting(ui)
-    yield 25.0
+    yield 60.0
     ui.shot("lit", "VIEW_3D")
     ui.shot("world", "PROPERTIES")
     space.shading.type = "SOLID"
@@ -295,10 +296,10 @@ def rendering(ui: Any, panels: OwnPanels, _photographs: Path) -> Iterator[float]
     ui.area("IMAGE_EDITOR").spaces.active.show_region_ui = False
     panels.only("render", "compare")
     yield 1.0
-    with ui.context("IMAGE_EDITOR"):
-        bpy.ops.image.view_all(fit_view=True)
-    yield 0.5
-    ui.shot("sheet", "IMAGE_EDITOR")
+    sheet = settings(ui).comparison.directory
+    shutil.copy(
+        Path(bpy.path.abspath(sheet), "sheet.png"), ui.folder / "sheet.png"
+    )  # sharper than its screenshot
     ui.shot("compare", "PROPERTIES")
 
 

@@ -33,14 +33,15 @@ MOST_BYTES = 2_000_000
 LIMIT_S = 1500
 COLOURS = 128
 _MARGIN_PX = 12
+_WIDEST_PX = 1400
 _ROWS_PX = {
-    "import": (0, 420), "guide": (0, 400), "imported": (0, 620), "lit": (160, 800),
+    "import": (0, 420), "guide": (0, 400), "imported": (0, 620), "lit": (0, 800), "panorama": (0, 520),
     "direction": (240, 740), "region": (240, 740), "glasses": (240, 740),
 }  # fmt: skip
 """First and last row of pictures of which the rest shows nothing."""
 
 _PHOTOGRAPHIC = frozenset({"lit", "sheet", "direction", "glasses", "region", "outline"})
-"""These show photographs or renders: all the colours a palette can have."""
+"""These show photographs or renders: JPEG."""
 
 
 def main() -> int:
@@ -107,7 +108,7 @@ def take(command: list[str], temporary: Path, folder: Path) -> bool:
 def pack(folder: Path) -> int:
     """Cut and reduce the screenshots of a folder into the manual's pictures."""
     PICTURES.mkdir(exist_ok=True)
-    for old in PICTURES.glob("*.png"):
+    for old in _pictures():
         old.unlink()
     for file in sorted(folder.glob("*.png")):
         if file.stem == "error":
@@ -115,14 +116,19 @@ def pack(folder: Path) -> int:
         with Image.open(file) as opened:
             top, bottom = _ROWS_PX.get(file.stem, (0, opened.height))
             picture = cut(opened.convert("RGB").crop((0, top, opened.width, bottom)))
-        photographic = file.stem in _PHOTOGRAPHIC
-        picture.quantize(
-            256 if photographic else COLOURS,
-            dither=Image.Dither.FLOYDSTEINBERG if photographic else Image.Dither.NONE,
-        ).save(PICTURES / file.name, optimize=True)
-    size = sum(file.stat().st_size for file in PICTURES.glob("*.png"))
-    sys.stdout.write(f"{len(list(PICTURES.glob('*.png')))} pictures, {size / 1e6:.2f} MB\n")
+        picture.thumbnail((_WIDEST_PX, _WIDEST_PX * 2), Image.Resampling.LANCZOS)
+        if file.stem in _PHOTOGRAPHIC:
+            picture.save(PICTURES / f"{file.stem}.jpg", quality=88, subsampling=0, optimize=True)
+        else:
+            few = picture.quantize(COLOURS, dither=Image.Dither.NONE)
+            few.save(PICTURES / file.name, optimize=True)
+    size = sum(file.stat().st_size for file in _pictures())
+    sys.stdout.write(f"{len(_pictures())} pictures, {size / 1e6:.2f} MB\n")
     return 0 if size < MOST_BYTES else 1
+
+
+def _pictures() -> list[Path]:
+    return [*PICTURES.glob("*.png"), *PICTURES.glob("*.jpg")]
 
 
 def cut(picture: Image.Image) -> Image.Image:

@@ -1,3 +1,4 @@
+import argparse
 import json
 import subprocess
 import sys
@@ -6,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from spectral_probe.cli import main
+from spectral_probe.cli import _parser, main
 from spectral_probe.files.image_exr import write_rgb
 from spectral_probe.files.probe_exr import write_probe
 from spectral_probe.geometry.frames import bearing_to_direction, panorama_directions
@@ -235,3 +236,11 @@ def test_long_lists_of_numbers_are_told_briefly_and_whole_in_json(tmp_path, caps
     assert told[3].count("Ball") == 40  # names are never left out
     assert main([*words, "--json"], {"render": render}) == 0
     assert json.loads(capsys.readouterr().out)["mean_light"] == light
+
+
+def test_every_verb_is_in_the_manual(project_root):
+    subparsers = (action for action in _parser()._actions if isinstance(action, argparse._SubParsersAction))
+    verbs = set(next(subparsers).choices)
+    page = (project_root / "docs" / "manual" / "command_line.md").read_text("utf-8")
+    assert {"demo", "probe", "render"} < verbs
+    assert {verb for verb in verbs if f"| `{verb} " not in page} == set()
