@@ -6,6 +6,8 @@ from pathlib import Path
 
 import bpy
 
+from ...versions import stored_settings
+
 
 def keep_picture(view: bpy.types.PropertyGroup, picture: Path, size_px: tuple[int, int], photo: int) -> None:
     """Make a picture file the image of a view, in place of an earlier one wherever that is shown.
@@ -18,11 +20,18 @@ def keep_picture(view: bpy.types.PropertyGroup, picture: Path, size_px: tuple[in
     image = bpy.data.images.load(str(picture))
     image.pack()
     image.filepath = ""  # the temporary file is of no further use
-    if before is not None:
+    if before is not None and not _shown_elsewhere(view, before):
         before.user_remap(image)
         bpy.data.images.remove(before)
     image.name = name
     shown.picture, shown.size_px, shown.photo = image, size_px, photo
+
+
+def _shown_elsewhere(view: bpy.types.PropertyGroup, picture: bpy.types.Image) -> bool:
+    """Whether another view has the picture, too: that of a copied scene."""
+    scenes = [scene for scene in bpy.data.scenes if stored_settings(scene) is not None]
+    views = (other for scene in scenes for other in scene.spectral_probe.views)
+    return any(other.shown.picture == picture for other in views if other != view)
 
 
 def view_shown(scene: bpy.types.Scene, image: bpy.types.Image | None) -> int | None:

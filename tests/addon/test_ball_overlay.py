@@ -89,6 +89,15 @@ def test_a_photograph_is_packed_and_survives_saving(imported, tmp_path):
     assert tuple(shown.size_px) == (160, 120)
 
 
+def test_a_copied_scene_does_not_replace_the_picture_of_the_first(imported):
+    ops.show_photograph()
+    original, picture = bpy.context.scene, imported.views[0].shown.picture
+    bpy.ops.scene.new(type="FULL_COPY")
+    ops.show_photograph()
+    assert original.spectral_probe.views[0].shown.picture == picture
+    assert bpy.context.scene.spectral_probe.views[0].shown.picture != picture
+
+
 def test_showing_another_photograph_replaces_the_image_wherever_it_is_used(imported, capture_file):
     imported.views[0].photos.add().path = str(capture_file.with_name("view_1.exr"))
     ops.show_photograph(photo=1)

@@ -93,7 +93,7 @@ def lobby_views(photos, count):
 
 def test_lobby_views_agree_with_each_other(photos):
     """Views from all around the ball, merged; poses come from the background alone and are up to 3 degrees off."""
-    capture, radii = lobby_views(photos, 5)
+    capture, radii = lobby_views(photos, 4)
     probe = check(finish(build_probe(capture, WIDTH)), radii)
     assert probe.report["blind_fraction"] < 0.03
     views = probe.report["views"]
