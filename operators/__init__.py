@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import add_asset_library, command_line, panorama_handlers, running_job
+from . import add_asset_library, command_line, open_modals, panorama_handlers, running_job
 from .add_asset_library import (
     SPECTRAL_PROBE_OT_add_asset_library,
     SPECTRAL_PROBE_OT_remove_asset_library,
@@ -148,4 +148,5 @@ def unregister() -> None:
     panorama_handlers.unregister()
     command_line.unregister()
     running_job.unregister()
+    open_modals.close_all()
     _unregister_classes()

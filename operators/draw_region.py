@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
@@ -73,7 +74,7 @@ class SPECTRAL_PROBE_OT_draw_region(PointsAtPanorama, bpy.types.Operator):
         needed_fields(context.scene.spectral_probe, self.target).set_corners(corners_text(list(given)))
         return FINISHED
 
-    def begin(self, context: bpy.types.Context) -> None:
+    def begin(self, context: bpy.types.Context, _opened: ExitStack) -> None:
         """Start without a corner."""
         fields = needed_fields(context.scene.spectral_probe, self.target)
         self._before = fields.state()

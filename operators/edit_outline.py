@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 from typing import ClassVar
 
 import bpy
@@ -14,6 +15,7 @@ from ..translations import of_core
 from .base import CANCELLED, FINISHED, OperatorResult
 from .bridge.image_space import ImageSpace
 from .bridge.photograph_image import shift_of, view_shown
+from .open_modals import keep_open, status_text, timer
 from .outline_handles import HANDLES, HandOutline
 from .rim_follower import RimFollower
 from .settings import capture_from
@@ -76,13 +78,17 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         self._before_shown = (shown.summary, shown.cone_angle, tuple(shown.fitted_px))
         self._outline = outline_of(view)
         self._follower = RimFollower(capture, capture.views[number], view.shown.photo, shift_of(view))
-        self._dragging, self._warned = True, ""
+        self._dragging, self._done = True, False
         self._grab(context, event)
-        self._timer = context.window_manager.event_timer_add(_TICK_S, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        context.workspace.status_text_set(
-            rpt_("Shift: precise, Ctrl: do not snap to the rim, Esc: restore the outline")
-        )
+        words = rpt_("Shift: precise, Ctrl: do not snap to the rim, Esc: restore the outline")
+        with ExitStack() as opened:
+            opened.callback(self._follower.close)
+            opened.callback(self._restore_unless_done)
+            opened.enter_context(timer(context, _TICK_S))
+            opened.enter_context(status_text(context, words))
+            context.window_manager.modal_handler_add(self)
+            self._open = opened.pop_all()
+            keep_open(self._open)
         return RUNNING
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
@@ -91,7 +97,6 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         if view is None:  # the view or its picture went away
             return self._end(context, CANCELLED)
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
-            self._restore(view)
             return self._end(context, CANCELLED)
         if event.type == "TIMER":
             return self._tick(context, view)
@@ -167,7 +172,6 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
             if self._dragging:
                 return RUNNING  # the next place may be better
             self.report({"ERROR"}, of_core(str(problem)))
-            self._restore(view)
             return self._end(context, CANCELLED)
         if answer is None:
             return RUNNING
@@ -181,17 +185,20 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
             self.report({"WARNING"}, of_core(warning))
         return self._end(context, FINISHED)
 
-    def _restore(self, view: bpy.types.PropertyGroup) -> None:
+    def _restore_unless_done(self) -> None:
+        scene = bpy.data.scenes.get(self._scene)
+        views = scene.spectral_probe.views if scene is not None else ()
+        if self._done or self._number >= len(views):  # or the view was removed
+            return
+        view = views[self._number]
         for name, value in self._before.items():
             setattr(view, name, value)
         shown = view.shown
         shown.summary, shown.cone_angle, shown.fitted_px = self._before_shown
 
     def _end(self, context: bpy.types.Context, result: OperatorResult) -> OperatorResult:
-        self._follower.close()
-        context.window_manager.event_timer_remove(self._timer)
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
+        self._done = result == FINISHED
+        self._open.close()
         if context.area is not None:
             context.area.tag_redraw()
         return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import bpy
@@ -49,7 +50,7 @@ class SPECTRAL_PROBE_OT_edit_region(PointsAtPanorama, bpy.types.Operator):
         """A script writes the corners into their field."""
         return FINISHED
 
-    def begin(self, context: bpy.types.Context) -> None:
+    def begin(self, context: bpy.types.Context, _opened: ExitStack) -> None:
         """Take the corners as they are.
 
         Raises

@@ -23,6 +23,7 @@ from ..translations import of_core
 from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
 from .job_progress import progress_shown
 from .job_report import keep_report
+from .open_modals import keep_open
 from .running_job import RunningJob, running
 
 RUNNING: OperatorResult = {"RUNNING_MODAL"}
@@ -47,6 +48,7 @@ class JobOperator(ReportsErrors):
     _show: Any = None
     _scene_uid = 0
     _began = 0.0
+    _longest_s = 0.0  # for how long at most a step held the window
     _lines: list[tuple[str, str]] | None = None
 
     def job(self, context: bpy.types.Context) -> Job[Any]:
@@ -80,6 +82,7 @@ class JobOperator(ReportsErrors):
                 finished=result == FINISHED,
                 seconds=time.monotonic() - self._began,
                 lines=self._lines,
+                longest_step_s=self._longest_s,
             )
         return result
 
@@ -103,7 +106,7 @@ class JobOperator(ReportsErrors):
         """Start the job and come back; `modal` drives it."""
         if bpy.app.background:
             return self.execute(context)
-        return self.reporting(lambda: self._begin(context))
+        return self.reporting(lambda: self._timed(self._begin, context))
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """Called by Blender for every event while the job lasts."""
@@ -115,7 +118,7 @@ class JobOperator(ReportsErrors):
             return {"PASS_THROUGH"} if event.type in _NAVIGATION else RUNNING
         result = CANCELLED
         try:
-            result = self.reporting(lambda: self._tick(context))
+            result = self.reporting(lambda: self._timed(self._tick, context))
         finally:  # after a defect too: nothing of the job may stay behind
             if result != RUNNING:
                 self._end()
@@ -137,6 +140,7 @@ class JobOperator(ReportsErrors):
             opened.callback(context.window_manager.event_timer_remove, timer)
             context.window_manager.modal_handler_add(self)
             self._open = opened.pop_all()
+            keep_open(self._open)
         return RUNNING
 
     def _whole(self, context: bpy.types.Context) -> Job[Any]:
@@ -146,6 +150,15 @@ class JobOperator(ReportsErrors):
         with _its_scene(context, self._scene_uid, self.label()):
             job = self.job(context)
         return (yield from all_worked(job) if self.in_thread else job)
+
+    def _timed(
+        self, step: Callable[[bpy.types.Context], OperatorResult], context: bpy.types.Context
+    ) -> OperatorResult:
+        began = time.monotonic()
+        try:
+            return step(context)
+        finally:
+            self._longest_s = max(self._longest_s, time.monotonic() - began)
 
     def _tick(self, context: bpy.types.Context) -> OperatorResult:
         job = self._running
@@ -177,6 +190,7 @@ class JobOperator(ReportsErrors):
 
     def _remember(self, context: bpy.types.Context) -> None:
         self._scene_uid, self._began, self._lines = context.scene.session_uid, time.monotonic(), []
+        self._longest_s = 0.0
 
     def _done(self, context: bpy.types.Context, result: Any) -> None:
         with _its_scene(context, self._scene_uid, self.label()):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from .bridge.opened_probe import MEMORY
 from .bridge.panorama_image import redraw_panoramas
 from .direction_target import TARGETS, put_direction
 from .job import RUNNING
+from .open_modals import timer
 from .pointing import PointsAtPanorama
 from .results import keep_spectrum
 from .settings import path_of, probe_folder
@@ -56,7 +58,7 @@ class SPECTRAL_PROBE_OT_pick_direction(PointsAtPanorama, bpy.types.Operator):
     )
 
     _reading: Future[Any] | None = None
-    _timer: bpy.types.Timer | None = None
+    _waiting: ExitStack | None = None  # with the timer, while the probe is being read
     _at: tuple[float, float] | None = None  # where the mouse is while the probe is being read
 
     def run(self, context: bpy.types.Context) -> OperatorResult:
@@ -69,32 +71,23 @@ class SPECTRAL_PROBE_OT_pick_direction(PointsAtPanorama, bpy.types.Operator):
             keep_spectrum(settings, numbers_beside(settings, found))
         return FINISHED
 
-    def begin(self, context: bpy.types.Context) -> None:
+    def begin(self, context: bpy.types.Context, opened: ExitStack) -> None:
         """Read the probe in another thread: it may be large."""
         path = probe_folder(context.scene.spectral_probe) / "probe.exr"
         with_one = ThreadPoolExecutor(max_workers=1)
         self._reading = with_one.submit(_read, path)
         with_one.shutdown(wait=False)
-        self._timer = context.window_manager.event_timer_add(_TICK_S, window=context.window)
+        self._waiting = opened.enter_context(ExitStack())
+        self._waiting.enter_context(timer(context, _TICK_S))
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """Called by Blender for every event: once the probe was read the light under the mouse is shown, moved or not."""
         if event.type == "TIMER" and self._reading is not None and self._reading.done():
-            self._stop_waiting(context)
+            self._waiting.close()
             if self._at is not None and self._reading.exception() is None:
                 show_direction(context, self._reading.result(), *self._at)
                 redraw_panoramas(context.window_manager)
         return super().modal(context, event)
-
-    def end(self, context: bpy.types.Context) -> None:
-        """Leave nothing behind, the timer included."""
-        self._stop_waiting(context)
-        super().end(context)
-
-    def _stop_waiting(self, context: bpy.types.Context) -> None:
-        if self._timer is not None:
-            context.window_manager.event_timer_remove(self._timer)
-            self._timer = None
 
     def restore(self, context: bpy.types.Context) -> None:
         """Nothing was changed but what is shown."""

@@ -1,11 +1,12 @@
 """The job that goes on while Blender's window lives: one step after another, its work in a thread, its renders as Blender's.
 
-One at a time. Undo and switching the extension off end it first (`end_running`), and Blender itself ends it where another file
-is opened or the window closed (`JobOperator.cancel`): its scene is put back before anything else happens.
+One at a time. Undo, saving, quitting and switching the extension off end it first, and Blender itself ends it where another
+file is opened or the window closed (`JobOperator.cancel`): its scene is put back before anything else happens.
 """
 
 from __future__ import annotations
 
+import logging
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
@@ -18,6 +19,7 @@ from ..spectral_probe.model import Job, Progress
 from ..spectral_probe.work import Finished, Work, advance
 from .bridge.render_job import BlenderRender
 
+_LOG = logging.getLogger(__name__)
 _WAIT_S = 0.02
 
 _running: list[RunningJob] = []  # the one that runs, or nothing
@@ -124,13 +126,6 @@ def running() -> RunningJob | None:
     return _running[0] if _running else None
 
 
-def end_running(reason: str) -> None:
-    """End the job that runs, if there is one."""
-    job = running()
-    if job is not None:
-        job.end(reason)
-
-
 @persistent
 def _before_undo(*_: object) -> None:
     job = running()
@@ -138,11 +133,19 @@ def _before_undo(*_: object) -> None:
         job.end(rpt_("undo was pressed"))
 
 
+@persistent
+def _before_saving(*_: object) -> None:
+    job = running()
+    if job is not None and not job.in_thread:  # stand-ins for materials and the world must not be saved
+        job.end(rpt_("the file was saved"))
+
+
 def _handlers() -> tuple[tuple[list[Any], Any], ...]:
     handlers = bpy.app.handlers
     return (
         (handlers.undo_pre, _before_undo),
         (handlers.redo_pre, _before_undo),
+        (handlers.save_pre, _before_saving),
     )
 
 
@@ -155,7 +158,23 @@ def register() -> None:
 
 def unregister() -> None:
     """End a job that runs, and listen no longer."""
-    end_running(rpt_("the extension was switched off"))
+    job = running()
+    if job is not None:
+        job.end(rpt_("the extension was switched off"))
+        _tell(job)
     for handlers, handler in _handlers():
         if handler in handlers:
             handlers.remove(handler)
+
+
+def _tell(job: RunningJob) -> None:
+    """Say what ended a job whose operator is gone, and cannot report it."""
+    text = rpt_("{job} was stopped, because {reason}").format(job=job.label, reason=job.ended_by)
+    if bpy.app.background or bpy.context.window is None:
+        _LOG.warning("%s", text)
+        return
+
+    def draw(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
+        menu.layout.label(text=text, translate=False)
+
+    bpy.context.window_manager.popup_menu(draw, title="Spectral Probe", icon="INFO")

@@ -38,6 +38,7 @@ from .pass_settings import PassSettings, pass_settings
 from .planning import DEFAULT_MAX_DE2000, Passes, Planner, PlanRequest
 from .render_report import SpectralRender, device_name, write_report
 from .resuming import PLAN_NAME, OnChange, render_fingerprint
+from .same_scene import check_same, contents
 from .world import temporary_light, volume_left_out
 
 type Array = np.ndarray[Any, Any]
@@ -229,6 +230,7 @@ def _spectral_passes(
     light: Light
     if not wavelength:
         with _translated(task.scene, task.probe, True, level) as (materials, world):
+            seen = contents(task.scene)
             if plan is None:
                 plan = yield from worked(progress, partial(planner.plan, materials, world))
             if plan.kind == "light-basis":
@@ -236,6 +238,7 @@ def _spectral_passes(
                 light = LayerLight(sets, materials.emission, world)
                 plan = light.checked(plan)
                 task.warnings.extend(world.warnings if world else ())
+                check_same(task.scene, seen)
                 yield from _render_steps(task, plan, light, materials, rgb_twin)
                 return plan, light
     plan = plan or reference_plan()
@@ -279,7 +282,7 @@ def _render_part(
     show: Show,
 ) -> Job[None]:
     """Render the steps of a part that are not finished yet."""
-    groups = [WORLD, *(group.name for group in plan.emission)]
+    groups, seen = [WORLD, *(group.name for group in plan.emission)], contents(task.scene)
     for number, step in enumerate(steps):
         if step.name in part.kept:
             continue
@@ -287,7 +290,9 @@ def _render_part(
         yield progress
         start = time.perf_counter()
         first_set = plan.light_sets[step.pass_number] == 0
+        check_same(task.scene, seen)
         yield from show(progress, plan, step.pass_number)
+        check_same(task.scene, seen)
         materials.shine(first_set)
         materials.set_wavelengths(plan.wavelengths_nm[step.pass_number])
         task.settings.set_samples(sequence_samples(plan, task.samples, step), step.first_sample, step.samples)
@@ -320,10 +325,12 @@ def _rgb_twins(task: _Task, outputs: OutputSettings) -> Job[None]:
             if world is not None:
                 set_light = stack.enter_context(temporary_light(task.scene, *world.shape[:2]))
                 set_light(world @ np.linalg.inv(working_to_rec709()).T / level)
+            seen = contents(task.scene)
             for part in missing:
                 if part is not missing[0]:
                     progress = task.pace.progress(f"Rendering in RGB{part.told}")
                     yield progress
+                    check_same(task.scene, seen)
                     start = time.perf_counter()
                 with part.shown():
                     task.settings.set_samples(task.samples, 0, task.samples)

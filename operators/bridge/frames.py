@@ -14,6 +14,7 @@ from ...spectral_probe.model import Job, Progress, part
 from .cycles import spectral_render
 from .planning import Planner
 from .render_report import SpectralRender
+from .restore import is_gone
 
 
 def frame_folder(directory: Path, frame: int) -> Path:
@@ -63,7 +64,7 @@ def frame_restored(scene: bpy.types.Scene) -> Iterator[None]:
     try:
         yield
     finally:
-        if (scene.frame_current, scene.frame_subframe) != (frame, subframe):
+        if not is_gone(scene) and (scene.frame_current, scene.frame_subframe) != (frame, subframe):
             scene.frame_set(frame, subframe=subframe)
 
 

@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 import bpy
 
 from ...spectral_probe.render_model import WORLD
-from .restore import changed, in_scene
+from .restore import changed, in_scene, is_gone
 
 
 @contextmanager
@@ -32,16 +32,18 @@ def light_groups(
 @contextmanager
 def _on_layer(layer: bpy.types.ViewLayer, names: Sequence[str]) -> Iterator[None]:
     """Light groups of a view layer besides those that it has."""
-    active = layer.active_lightgroup_index
+    scene, active = layer.id_data, layer.active_lightgroup_index
     missing = [name for name in names if name not in layer.lightgroups]
     try:
         for name in missing:
             layer.lightgroups.add(name=name)
         yield
     finally:
-        for name in missing:
-            layer.lightgroups.remove(layer.lightgroups[name])
-        layer.active_lightgroup_index = active
+        if not is_gone(scene) and layer in scene.view_layers[:]:
+            for name in missing:
+                if name in layer.lightgroups:
+                    layer.lightgroups.remove(layer.lightgroups[name])
+            layer.active_lightgroup_index = active
 
 
 def shown_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:

@@ -76,7 +76,7 @@ def pass_output(scene: bpy.types.Scene, layers: Sequence[bpy.types.ViewLayer]) -
         )
         for other in scene.view_layers:
             if other not in layers:
-                stack.enter_context(changed(other, use=False))
+                stack.enter_context(changed(other, other, use=False))
         sources = [_source(tree, scene, layer) for layer in layers]
         had_result = bpy.data.images.get("Render Result") is not None
 
@@ -85,11 +85,11 @@ def pass_output(scene: bpy.types.Scene, layers: Sequence[bpy.types.ViewLayer]) -
         ) -> Job[None]:
             with ExitStack() as passes, written_whole(path) as temporary:
                 for layer in layers if guide else ():
-                    passes.enter_context(changed(layer, use_pass_object_index=True))
-                    passes.enter_context(changed(layer.cycles, denoising_store_passes=True))
+                    passes.enter_context(changed(layer, layer, use_pass_object_index=True))
+                    passes.enter_context(changed(layer.cycles, layer, denoising_store_passes=True))
                 for layer in layers if mattes else ():
                     passes.enter_context(
-                        changed(layer, use_pass_cryptomatte_object=True, pass_cryptomatte_depth=_DEPTH)
+                        changed(layer, layer, use_pass_cryptomatte_object=True, pass_cryptomatte_depth=_DEPTH)
                     )
                 further = (_GUIDES if guide else {}) | (_MATTES if mattes else {})
                 output = _connect(tree, sources, groups, further, scene.render.film_transparent)

@@ -73,11 +73,13 @@ def pass_settings(scene: bpy.types.Scene) -> Iterator[PassSettings]:
         )
         for layer in layers:
             stack.enter_context(
-                changed(layer, use=True, samples=0, world_override=None, use_grease_pencil=False)
+                changed(layer, layer, use=True, samples=0, world_override=None, use_grease_pencil=False)
             )
-            stack.enter_context(changed(layer, **dict.fromkeys(_features(layer), False)))
-            stack.enter_context(changed(layer, use_pass_combined=True))
-            stack.enter_context(changed(layer.cycles, use_denoising=False, denoising_store_passes=False))
+            stack.enter_context(changed(layer, layer, **dict.fromkeys(_features(layer), False)))
+            stack.enter_context(changed(layer, layer, use_pass_combined=True))
+            stack.enter_context(
+                changed(layer.cycles, layer, use_denoising=False, denoising_store_passes=False)
+            )
         yield PassSettings(scene, layers, warnings)
 
 

@@ -18,11 +18,13 @@ def is_gone(datablock: bpy.types.ID | None) -> bool:
 
 
 @contextmanager
-def changed(owner: bpy.types.bpy_struct, **values: Any) -> Iterator[None]:
+def changed(
+    owner: bpy.types.bpy_struct, layer: bpy.types.ViewLayer | None = None, /, **values: Any
+) -> Iterator[None]:
     """Set properties of a Blender structure while the block runs, in the order given.
 
     They come back in the same order: what a format allows depends on the properties before. What the user has removed
-    meanwhile needs nothing put back.
+    meanwhile needs nothing put back; `layer` is the view layer, if any, that the structure is or belongs to.
     """
     home = owner.id_data  # parts of a datablock do not tell that it was removed
     before = {name: getattr(owner, name) for name in values}
@@ -33,7 +35,7 @@ def changed(owner: bpy.types.bpy_struct, **values: Any) -> Iterator[None]:
             setattr(owner, name, value)
         yield
     finally:
-        if not is_gone(home):
+        if not is_gone(home) and (layer is None or layer in home.view_layers[:]):
             for name, value in before.items():
                 with suppress(ReferenceError):  # a value that was removed cannot come back
                     setattr(owner, name, value)

@@ -213,6 +213,40 @@ def test_after_closing_early(furnished, bridge, uniform_light, tmp_path, steps):
     assert not (tmp_path / "image.exr").exists()
 
 
+REMOVALS = {
+    "object": lambda scene: bpy.data.objects.remove(scene.objects["Shared mesh"]),
+    "camera": lambda scene: bpy.data.objects.remove(scene.camera),
+    "world": lambda scene: bpy.data.worlds.remove(scene.world),
+    "materials": lambda _: bpy.data.batch_remove(bpy.data.materials),
+    "groups": lambda _: bpy.data.batch_remove(bpy.data.node_groups),
+    "layer": lambda scene: scene.view_layers.remove(scene.view_layers["Other"]),
+}
+
+
+@pytest.mark.parametrize(
+    ("removed", "passes"), [*((removed, 3) for removed in REMOVALS), ("materials", "all"), ("layer", "all")]
+)
+def test_what_is_removed_meanwhile_ends_the_render(
+    furnished, bridge, extension, uniform_light, tmp_path, removed, passes
+):
+    before = {
+        kind: set(getattr(bpy.data, kind).keys()) for kind in ("materials", "worlds", "lights", "images")
+    }
+    job = bridge.spectral_render(
+        furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=passes
+    )
+    while not next(job).message.startswith("Pass 1 "):
+        pass
+    REMOVALS[removed](furnished)
+    error = extension("spectral_probe.errors").RenderError
+    with pytest.raises(error, match="was changed while it was rendered"):
+        for _ in job:
+            pass
+    for kind, names in before.items():
+        assert set(getattr(bpy.data, kind).keys()) <= names
+    assert not [group.name for group in bpy.data.node_groups if group.name.startswith("Spectral Probe")]
+
+
 @pytest.mark.parametrize("one_wavelength", [True, False])
 def test_after_lamps_went_on_and_off(furnished, extension, one_wavelength):
     materials = extension("operators.bridge.materials")
