@@ -7,15 +7,15 @@ tools that meet this file as the parent of `spectral_probe` (the plain core) nev
 
 def register() -> None:
     """Make the settings, operators and panels known to Blender."""
-    from . import file_handlers, operators, panels, preferences, properties
+    from . import file_handlers, operators, panels, preferences, properties, translations
 
-    for part in (preferences, properties, operators, panels, file_handlers):
+    for part in (translations, preferences, properties, operators, panels, file_handlers):
         part.register()
 
 
 def unregister() -> None:
     """Take everything back, last first."""
-    from . import file_handlers, operators, panels, preferences, properties
+    from . import file_handlers, operators, panels, preferences, properties, translations
 
-    for part in (file_handlers, panels, operators, properties, preferences):
+    for part in (file_handlers, panels, operators, properties, preferences, translations):
         part.unregister()

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import has_probe
@@ -10,7 +11,7 @@ from .settings import probe_folder
 
 
 class SPECTRAL_PROBE_OT_add_mask(ReportsErrors, bpy.types.Operator):
-    """Make a mask to paint on: the panorama, transparent. Paint white in the image editor, with its channels set to Colour"""
+    """Make a mask to paint on: the panorama, transparent. Paint white in the Image Editor, with its channels set to Colour"""
 
     bl_idname = "spectral_probe.add_mask"
     bl_label = "New Mask"
@@ -27,5 +28,5 @@ class SPECTRAL_PROBE_OT_add_mask(ReportsErrors, bpy.types.Operator):
         settings = context.scene.spectral_probe
         image = transparent_copy(Path(probe_folder(settings)) / "preview.png", "Spectral Probe Mask")
         settings.region.kind, settings.region.mask = "MASK", image
-        self.report({"INFO"}, f"Paint white on {image.name} in the image editor")
+        self.report({"INFO"}, rpt_("Paint white on {image} in the Image Editor").format(image=image.name))
         return FINISHED

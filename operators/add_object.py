@@ -1,10 +1,12 @@
 """Add the objects of the paper: the gold pedestal, the silver ball, the copper ball."""
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty
+from bpy.app.translations import pgettext_rpt as rpt_
+from bpy.props import BoolProperty, EnumProperty, FloatProperty
 
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import in_object_mode
+from .viewport import look_through_camera
 
 
 class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
@@ -34,6 +36,13 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
+    replace_startup: BoolProperty(
+        name="Replace Start-Up Scene",
+        description="With all three: remove the cube and the lamp of Blender's start-up scene, and aim its camera at the "
+        "objects, as far as nobody has touched them",
+        default=True,
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Objects are added in object mode."""
@@ -57,7 +66,24 @@ class SPECTRAL_PROBE_OT_add_object(ReportsErrors, bpy.types.Operator):
         for thing in added:
             thing.select_set(True)
         context.view_layer.objects.active = added[0]
+        if self.kind == "GROUP" and self.replace_startup:
+            self._replace_startup(context)
         return FINISHED
+
+    def _replace_startup(self, context: bpy.types.Context) -> None:
+        """The start-up cube would hide the objects, its lamp add to the light that was photographed."""
+        from .bridge.objects import aim_at_metals
+        from .bridge.startup_scene import startup_camera, startup_cube_and_lamp
+
+        old, camera = startup_cube_and_lamp(context.scene), startup_camera(context.scene)
+        names = ", ".join(thing.name for thing in old)
+        for thing in old:
+            bpy.data.objects.remove(thing)
+        if names:
+            self.report({"INFO"}, rpt_("Removed from the start-up scene: {names}").format(names=names))
+        if camera is not None:
+            aim_at_metals(camera, context.scene.cursor.location, scale=self.size)
+            look_through_camera(context)
 
 
 def _size_beside_ball(scene: bpy.types.Scene) -> float:

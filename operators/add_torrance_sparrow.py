@@ -10,7 +10,7 @@ from .base import FINISHED, OperatorResult, ReportsErrors
 
 
 class SPECTRAL_PROBE_OT_add_torrance_sparrow(ReportsErrors, bpy.types.Operator):
-    """Give the active object a new material of eq. 12: diffuse, a lobe of facets, and a mirror, of a measured metal"""
+    """Give the active object a new material after Torrance and Sparrow: diffuse, a lobe of facets, a mirror of measured metal"""
 
     bl_idname = "spectral_probe.add_torrance_sparrow"
     bl_label = "Add Torrance-Sparrow"

@@ -16,14 +16,21 @@ from .results import keep_probe
 from .settings import capture_from, folder_of
 
 if TYPE_CHECKING:
-    from ..spectral_probe.probe import Probe
+    from ..spectral_probe.probe import Probe, ViewSeen
 
 
-def build_and_write(capture: Capture, width_px: int | None, directory: Path) -> Job[Probe]:
-    """Build the probe, as fine as the photographs where no width is given, and write its files."""
+def build_and_write(
+    capture: Capture, width_px: int | None, directory: Path, seen: ViewSeen | None = None
+) -> Job[Probe]:
+    """Build the probe, as fine as the photographs where no width is given, and write its files.
+
+    `seen` is told of every ball found.
+    """
+    from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.probe import build_probe, write_outputs
 
-    probe = yield from part(build_probe(capture, width_px), 0.0, 0.8)
+    check_folder(directory)
+    probe = yield from part(build_probe(capture, width_px, seen), 0.0, 0.8)
     yield from part(write_outputs(probe, directory), 0.8, 1.0)
     return probe
 

@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
 
 from ..spectral_probe.errors import CaptureError
 from ..spectral_probe.model import Job
+from ..translations import of_core
 from .base import OperatorResult
 from .job import JobOperator
 
@@ -72,12 +74,20 @@ class SPECTRAL_PROBE_OT_calibrate(JobOperator, bpy.types.Operator):
         """Let the capture use the calibration, and say how good it is."""
         camera = context.scene.spectral_probe.camera
         camera.calibration, camera.focal_source = result["written"], "CALIBRATION"
+        told = rpt_(
+            "Camera calibrated: focal length {focal:.1f} ± {error:.1f} px, error {rms:.2f} px in {count} photographs"
+        )
         self.tell(
             "INFO",
-            f"Camera calibrated: focal length {result['focal_px'][0]:.1f} ± {result['focal_error_px'][0]:.1f} px, "
-            f"error {result['rms_px']:.2f} px in {len(result['photos'])} photographs",
+            told.format(
+                focal=result["focal_px"][0],
+                error=result["focal_error_px"][0],
+                rms=result["rms_px"],
+                count=len(result["photos"]),
+            ),
         )
         for dropped in result["dropped"]:
-            self.tell("WARNING", f"{dropped['name']} was left out: {dropped['reason']}")
+            told = rpt_("{file} was left out: {reason}")
+            self.tell("WARNING", told.format(file=dropped["name"], reason=of_core(dropped["reason"])))
         for warning in result["warnings"]:
             self.tell("WARNING", warning)

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Job
 from .job import JobOperator
@@ -63,6 +64,7 @@ class SPECTRAL_PROBE_OT_composite(JobOperator, bpy.types.Operator):
         settings.remarks = "\n".join(result["remarks"])
         pictures = [Path(result["written"]) / f"{name}.png" for name in (settings.show, "composite")]
         show(next(path for path in pictures if path.is_file()), "Composite")
-        self.tell("INFO", f"{settings.changed_fraction:.1%} of the photograph was changed")
+        told = rpt_("{share:.1%} of the photograph was changed")
+        self.tell("INFO", told.format(share=settings.changed_fraction))
         for remark in result["remarks"]:
             self.tell("WARNING", remark)

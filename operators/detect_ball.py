@@ -1,5 +1,6 @@
 """Find the ball's outline in the photographs and show it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
@@ -8,7 +9,7 @@ import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.errors import CaptureError
-from ..spectral_probe.model import Capture, Job, Progress
+from ..spectral_probe.model import Capture, Job, Photograph, Progress
 from .job import JobOperator
 from .pictures import show_image
 from .polls import has_photographs
@@ -45,11 +46,18 @@ def find_outlines(
             (done + 0.6) / len(numbers), rpt_("View {view}: finding the ball").format(view=number + 1)
         )
         found = outline_in(photographs, view, capture)
-        photo = len(photographs) // 2
-        name = f"view_{number + 1}_{photo + 1}"
-        picture, size_px = develop(photographs[photo], found.outline, directory, name, exposure_ev)
-        results.append(FoundOutline(number, found, Development(picture, size_px, photo)))
+        results.append(with_picture(number, found, photographs, directory, exposure_ev))
     return results
+
+
+def with_picture(
+    number: int, found: ViewOutline, photographs: Sequence[Photograph], directory: Path, exposure_ev: float
+) -> FoundOutline:
+    """An outline with a picture of the photograph in the middle of its bracket, developed into `directory`."""
+    photo = len(photographs) // 2
+    name = f"view_{number + 1}_{photo + 1}"
+    picture, size_px = develop(photographs[photo], found.outline, directory, name, exposure_ev)
+    return FoundOutline(number, found, Development(picture, size_px, photo))
 
 
 def views_with_balls(capture: Capture) -> list[int]:
@@ -59,7 +67,7 @@ def views_with_balls(capture: Capture) -> list[int]:
 
 
 class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
-    """Find the ball's outline in the photographs and show it in the image editor"""
+    """Find the ball's outline in the photographs and show it in the Image Editor"""
 
     bl_idname = "spectral_probe.detect_ball"
     bl_label = "Detect Ball"
@@ -85,7 +93,13 @@ class SPECTRAL_PROBE_OT_detect_ball(JobOperator, bpy.types.Operator):
         keep_found(self, context, result)
 
 
-def keep_found(operator: JobOperator, context: bpy.types.Context, result: list[FoundOutline]) -> None:
+def keep_found(
+    operator: JobOperator,
+    context: bpy.types.Context,
+    result: list[FoundOutline],
+    *,
+    in_new_window: bool = True,
+) -> None:
     """Keep the outlines in the views, show that of the active view, and tell how good they are."""
     from .bridge.photograph_image import keep_picture
 
@@ -97,7 +111,7 @@ def keep_found(operator: JobOperator, context: bpy.types.Context, result: list[F
         keep_outline(view, one.found)
         keep_picture(view, picture.picture, picture.size_px, picture.photo)
     shown = next((one for one in result if one.view == settings.active_view), result[0])
-    show_image(settings.views[shown.view].shown.picture)
+    show_image(settings.views[shown.view].shown.picture, in_new_window=in_new_window)
     worst_px = max(one.found.outline.rms_px for one in result)
     operator.tell(
         "INFO",

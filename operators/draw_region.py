@@ -10,6 +10,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import EnumProperty, StringProperty
 
 from ..spectral_probe.errors import SpectralDataError
+from ..translations import of_core
 from .base import FINISHED, OperatorResult
 from .direction_target import POLYGON_TARGETS, needed_fields
 from .job import RUNNING
@@ -144,7 +145,7 @@ class SPECTRAL_PROBE_OT_draw_region(PointsAtPanorama, bpy.types.Operator):
         try:
             return self.run(context)
         except SpectralDataError as problem:
-            self.report({"WARNING"}, str(problem))
+            self.report({"WARNING"}, of_core(str(problem)))
             self._corners.pop()
             self._write(context)
             return RUNNING

@@ -11,6 +11,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import EnumProperty
 
 from ..spectral_probe.errors import SpectralProbeError
+from ..translations import of_core
 from .base import CANCELLED, FINISHED, OperatorResult
 from .bridge.image_space import ImageSpace
 from .bridge.photograph_image import shift_of, view_shown
@@ -59,7 +60,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         image = space.image if space is not None and space.type == "IMAGE_EDITOR" else None
         if view_shown(context.scene, image) is not None:
             return True
-        cls.poll_message_set("Show a photograph of a view in the image editor first")
+        cls.poll_message_set("Show a photograph of a view in the Image Editor first")
         return False
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
@@ -70,7 +71,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         try:
             capture = capture_from(context.scene.spectral_probe)
         except SpectralProbeError as problem:
-            self.report({"ERROR"}, str(problem))
+            self.report({"ERROR"}, of_core(str(problem)))
             return CANCELLED
         self._before = {name: _value(view, name) for name in _KEPT}
         shown = view.shown
@@ -170,7 +171,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         except SpectralProbeError as problem:
             if self._dragging:
                 return RUNNING  # the next place may be better
-            self.report({"ERROR"}, str(problem))
+            self.report({"ERROR"}, of_core(str(problem)))
             return self._end(context, CANCELLED)
         if answer is None:
             return RUNNING
@@ -181,7 +182,7 @@ class SPECTRAL_PROBE_OT_edit_outline(bpy.types.Operator):
         if not done:
             return RUNNING
         for warning in found.warnings:
-            self.report({"WARNING"}, warning)
+            self.report({"WARNING"}, of_core(warning))
         return self._end(context, FINISHED)
 
     def _restore_unless_done(self) -> None:

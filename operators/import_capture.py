@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import StringProperty
 
 from ..spectral_probe.model import Capture
@@ -40,4 +41,6 @@ class SPECTRAL_PROBE_OT_import_capture(ReportsErrors, bpy.types.Operator):
 def describe(capture: Capture) -> str:
     """The number of views and photographs, in words."""
     views, photos = len(capture.views), sum(len(view.photos) for view in capture.views)
-    return f"{views} view{'s' * (views != 1)}, {photos} photograph{'s' * (photos != 1)}"
+    of_views = rpt_("1 view") if views == 1 else rpt_("{count} views").format(count=views)
+    of_photos = rpt_("1 photograph") if photos == 1 else rpt_("{count} photographs").format(count=photos)
+    return f"{of_views}, {of_photos}"

@@ -15,10 +15,12 @@ from ..spectral_probe.model import Capture, Job
 from .base import OperatorResult
 from .import_capture import describe
 from .job import JobOperator
+from .photograph_choice import of_the_ball
 from .photograph_files import BROWSED, DROPPED_SUFFIXES, Found, chosen_files, look_at
 from .photograph_views import (
     add_views,
     assume_equal_exposures,
+    assume_lens,
     choose_camera,
     folders_beside,
     named,
@@ -116,7 +118,7 @@ class SPECTRAL_PROBE_OT_import_photographs(JobOperator, bpy.types.Operator):
         choose_camera(settings, result.camera)
         folders_beside(settings, grouping.views[0].photos[0].path.parent)
         model = settings.camera.model or settings.camera.sensitivities
-        told += remarks(grouping, first, equal, model)
+        told += remarks(grouping, first, equal, model) + assume_lens(settings, grouping.views)
         count = sum(len(view.photos) for view in settings.views)
         return summary(settings, count), told
 
@@ -144,11 +146,16 @@ class SPECTRAL_PROBE_OT_import_photographs(JobOperator, bpy.types.Operator):
                 )
             raise CaptureError(result.refused[0] if result.refused else "Choose at least one photograph.")
         photos = tuple(photo for view in views for photo in view.photos)
-        if self.views == "ONE":
+        told = [rpt_("{files} left out: in a view already").format(files=named(present))] if present else []
+        if self.views == "AUTOMATIC":
+            views, left_out = of_the_ball(views)
+            told += left_out
+            if not views:
+                raise CaptureError(told[-1])
+        elif self.views == "ONE":
             views = [ViewGroup(photos)]
         elif self.views == "EACH":
             views = [ViewGroup((photo,)) for photo in photos]
-        told = [rpt_("{files} left out: in a view already").format(files=named(present))] if present else []
         return dataclasses.replace(result.grouping, views=tuple(views)), told
 
 
@@ -156,7 +163,7 @@ class SPECTRAL_PROBE_FH_photographs(bpy.types.FileHandler):
     """Photographs and capture files may be dropped where they are used."""
 
     bl_idname = "SPECTRAL_PROBE_FH_photographs"
-    bl_label = "Mirrored ball photographs"
+    bl_label = "Mirrored Ball Photographs"
     bl_import_operator = "spectral_probe.import_photographs"
     bl_file_extensions = DROPPED_SUFFIXES
 

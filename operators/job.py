@@ -14,12 +14,12 @@ from importlib import import_module
 from typing import Any, ClassVar
 
 import bpy
-from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.errors import SpectralProbeError
 from ..spectral_probe.model import Job, Progress
 from ..spectral_probe.work import Finished, advance, all_worked, worked
+from ..translations import of_core
 from .base import CANCELLED, FINISHED, OperatorResult, ReportsErrors
 from .job_progress import progress_shown
 from .job_report import keep_report
@@ -48,6 +48,7 @@ class JobOperator(ReportsErrors):
     _show: Any = None
     _scene_uid = 0
     _began = 0.0
+    _longest_s = 0.0  # for how long at most a step held the window
     _lines: list[tuple[str, str]] | None = None
 
     def job(self, context: bpy.types.Context) -> Job[Any]:
@@ -60,6 +61,7 @@ class JobOperator(ReportsErrors):
 
     def tell(self, kind: str, text: str) -> None:
         """Report a line ("INFO" or "WARNING"), which also stays in the job's own report (`job_report`)."""
+        text = of_core(text)
         self.report({kind}, text)
         if self._lines is not None:
             self._lines.append((kind, text))
@@ -72,18 +74,20 @@ class JobOperator(ReportsErrors):
         except SpectralProbeError as problem:
             self._fail(str(problem))
         except ReferenceError:  # what Blender raises for removed data
-            self._fail(_gone(self.bl_label))
+            self._fail(_gone(self.label()))
         if self._lines is not None and result in (FINISHED, CANCELLED):
             keep_report(
                 type(self).bl_idname,
-                iface_(self.bl_label),
+                self.label(),
                 finished=result == FINISHED,
                 seconds=time.monotonic() - self._began,
                 lines=self._lines,
+                longest_step_s=self._longest_s,
             )
         return result
 
     def _fail(self, text: str) -> None:
+        text = of_core(text)
         self.report({"ERROR"}, text)
         if self._lines is not None:
             self._lines.append(("ERROR", text))
@@ -102,7 +106,7 @@ class JobOperator(ReportsErrors):
         """Start the job and come back; `modal` drives it."""
         if bpy.app.background:
             return self.execute(context)
-        return self.reporting(lambda: self._begin(context))
+        return self.reporting(lambda: self._timed(self._begin, context))
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         """Called by Blender for every event while the job lasts."""
@@ -114,7 +118,7 @@ class JobOperator(ReportsErrors):
             return {"PASS_THROUGH"} if event.type in _NAVIGATION else RUNNING
         result = CANCELLED
         try:
-            result = self.reporting(lambda: self._tick(context))
+            result = self.reporting(lambda: self._timed(self._tick, context))
         finally:  # after a defect too: nothing of the job may stay behind
             if result != RUNNING:
                 self._end()
@@ -130,7 +134,7 @@ class JobOperator(ReportsErrors):
         with ExitStack() as opened:
             self._show = opened.enter_context(progress_shown(context, type(self).bl_idname))
             whole = self._whole(context)
-            self._running = RunningJob(iface_(self.bl_label), whole, in_thread=self.in_thread)
+            self._running = RunningJob(self.label(), whole, in_thread=self.in_thread)
             opened.callback(self._running.end)
             timer = context.window_manager.event_timer_add(_TICK_S, window=context.window)
             opened.callback(context.window_manager.event_timer_remove, timer)
@@ -143,9 +147,18 @@ class JobOperator(ReportsErrors):
         """The job from the import of its modules on, for a window."""
         if self.needs:
             yield from worked(Progress(0.0, rpt_("Starting")), partial(_import, self.needs))
-        with _its_scene(context, self._scene_uid, self.bl_label):
+        with _its_scene(context, self._scene_uid, self.label()):
             job = self.job(context)
         return (yield from all_worked(job) if self.in_thread else job)
+
+    def _timed(
+        self, step: Callable[[bpy.types.Context], OperatorResult], context: bpy.types.Context
+    ) -> OperatorResult:
+        began = time.monotonic()
+        try:
+            return step(context)
+        finally:
+            self._longest_s = max(self._longest_s, time.monotonic() - began)
 
     def _tick(self, context: bpy.types.Context) -> OperatorResult:
         job = self._running
@@ -162,7 +175,10 @@ class JobOperator(ReportsErrors):
             self._show(context, step)
         elif job.stopping and not job.busy:
             job.end()
-            self.tell("INFO", rpt_("{job} stopped").format(job=job.label) + self.after_stop)
+            told = rpt_("{job} stopped").format(job=job.label)
+            if self.after_stop:
+                told = f"{told}. {rpt_(self.after_stop)}"
+            self.tell("INFO", told)
             return CANCELLED
         return RUNNING
 
@@ -174,9 +190,10 @@ class JobOperator(ReportsErrors):
 
     def _remember(self, context: bpy.types.Context) -> None:
         self._scene_uid, self._began, self._lines = context.scene.session_uid, time.monotonic(), []
+        self._longest_s = 0.0
 
     def _done(self, context: bpy.types.Context, result: Any) -> None:
-        with _its_scene(context, self._scene_uid, self.bl_label):
+        with _its_scene(context, self._scene_uid, self.label()):
             self.done(context, result)
 
     def _end(self) -> None:
@@ -206,4 +223,4 @@ def _gone(label: str) -> str:
     text = rpt_(
         "{job} ended: its scene, or something it uses, was removed meanwhile. Undo that, and start it again."
     )
-    return text.format(job=iface_(label))
+    return text.format(job=label)

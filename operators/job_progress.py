@@ -9,6 +9,7 @@ import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Progress
+from ..translations import of_core
 
 type Show = Callable[[bpy.types.Context, Progress], None]
 
@@ -24,12 +25,12 @@ def progress_shown(context: bpy.types.Context, operator: str) -> Iterator[Show]:
 
     def show(context: bpy.types.Context, step: Progress) -> None:
         shown = context.window_manager.spectral_probe
-        shown.fraction, shown.message = step.fraction, step.message
+        shown.fraction, shown.message = step.fraction, of_core(step.message)
         context.window_manager.progress_update(step.fraction)
         if not bpy.app.background and context.workspace is not None:
             told.add(context.workspace.name)
             text = rpt_("{message} ({fraction:.0%}), ESC stops it")
-            context.workspace.status_text_set(text.format(message=step.message, fraction=step.fraction))
+            context.workspace.status_text_set(text.format(message=shown.message, fraction=step.fraction))
         _redraw(context.window_manager)
 
     try:

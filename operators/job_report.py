@@ -11,19 +11,34 @@ from ..spectral_probe.render.pace import in_words
 
 
 def keep_report(
-    operator: str, label: str, *, finished: bool, seconds: float, lines: Sequence[tuple[str, str]]
+    operator: str,
+    label: str,
+    *,
+    finished: bool,
+    seconds: float,
+    lines: Sequence[tuple[str, str]],
+    longest_step_s: float = 0.0,
 ) -> None:
-    """Keep what an operator's job told, pairs of kind ("INFO", "WARNING", "ERROR") and text, in place of its last report."""
+    """Keep what an operator's job told, pairs of kind ("INFO", "WARNING", "ERROR") and text, in place of its last report.
+
+    It opens where there is something to be warned of, and the others close: they were read.
+    """
     reports = bpy.context.window_manager.spectral_probe_reports
     kept = reports.get(operator) or reports.add()
     kept.name = operator
     text = rpt_("{job}: done in {time}") if finished else rpt_("{job}: ended after {time}")
     kept.title = text.format(job=label, time=in_words(seconds))
+    text = rpt_("Done in {time}") if finished else rpt_("Ended after {time}")
+    kept.outcome = text.format(time=in_words(seconds))
     kept.finished = finished
+    kept.longest_step_s = longest_step_s
     kept.lines.clear()
     for kind, text in lines:
         line = kept.lines.add()
         line.kind, line.text = kind, text
+    for other in reports:
+        other.opened = other.opened and other == kept
+    kept.opened = kept.opened or any(kind != "INFO" for kind, _ in lines)
 
 
 def report_text(operator: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
@@ -9,19 +10,19 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..spectral_probe.model import Capture, Job, part
+from ..spectral_probe.model import Capture, Job, Photograph
 from .build_probe import build_and_write, keep_built
-from .detect_ball import FoundOutline, find_outlines, keep_found, views_with_balls
+from .detect_ball import FoundOutline, keep_found, views_with_balls, with_picture
 from .job import JobOperator
 from .light_world import WORLD_NAME, mean_luminance
 from .polls import has_photographs
 from .settings import capture_from, folder_of
+from .view_outline import described
+from .viewport import show_world
 
 if TYPE_CHECKING:
+    from ..spectral_probe.geometry.outline import FoundBall
     from ..spectral_probe.probe import Probe
-
-_DETECTION = 0.25
-"""About the share of the work that finding the ball takes."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,17 @@ def light_from(
     capture: Capture, width_px: int | None, directory: Path, pictures: Path, exposure_ev: float
 ) -> Job[Lit]:
     """Find the ball in every view, build the probe into a folder, and measure how bright its panorama is."""
-    search = find_outlines(capture, views_with_balls(capture), pictures, exposure_ev)
-    outlines = yield from part(search, 0.0, _DETECTION)
-    probe = yield from part(build_and_write(capture, width_px, directory), _DETECTION, 1.0)
+    outlines: dict[int, FoundOutline] = {}
+    wanted = views_with_balls(capture)
+
+    def seen(number: int, photographs: Sequence[Photograph], found: FoundBall) -> None:
+        if number in wanted:
+            outline = described(found, photographs[0], capture)
+            outlines[number] = with_picture(number, outline, photographs, pictures, exposure_ev)
+
+    probe = yield from build_and_write(capture, width_px, directory, seen)
     world_exr = directory / WORLD_NAME
-    return Lit(outlines, probe, world_exr, mean_luminance(world_exr))
+    return Lit([outlines[number] for number in wanted], probe, world_exr, mean_luminance(world_exr))
 
 
 class SPECTRAL_PROBE_OT_light_from_photographs(JobOperator, bpy.types.Operator):
@@ -71,6 +78,7 @@ class SPECTRAL_PROBE_OT_light_from_photographs(JobOperator, bpy.types.Operator):
         """Keep outlines and probe, and give the scene a world of its light, whose mean is 1."""
         from .bridge.world import light_world
 
-        keep_found(self, context, result.outlines)
+        keep_found(self, context, result.outlines, in_new_window=False)
         keep_built(self, context, result.probe)
         light_world(context.scene, result.world_exr, strength=1.0 / result.luminance)
+        show_world(context)

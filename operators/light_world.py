@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, FloatProperty
 
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .polls import has_probe
 from .settings import probe_folder
+from .viewport import show_world
 
 WORLD_NAME = "world.exr"
 """The panorama in ordinary colour, among the files of a probe."""
@@ -44,7 +46,8 @@ class SPECTRAL_PROBE_OT_light_world(ReportsErrors, bpy.types.Operator):
         path = probe_folder(context.scene.spectral_probe) / WORLD_NAME
         strength = self.strength / mean_luminance(path) if self.normalise else self.strength
         light_world(context.scene, path, rotation_rad=self.rotation, strength=strength)
-        self.report({"INFO"}, f"{context.scene.world.name} lights the scene")
+        show_world(context)
+        self.report({"INFO"}, rpt_("{world} lights the scene").format(world=context.scene.world.name))
         return FINISHED
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 from mathutils import Color
 
 from ..spectral_probe.errors import RenderError
@@ -106,8 +107,13 @@ class SPECTRAL_PROBE_OT_match_backplate(JobOperator, bpy.types.Operator):
         _look_through_camera(context)
         context.scene.spectral_probe.backplate.plate = plate  # as chosen: it may be relative to the .blend
         alignment = result.match.alignment
-        moved = "" if alignment is None else f", {max(map(abs, alignment.shift_px)):.2f} px moved"
-        self.tell("INFO", f"Camera matched to {result.match.backplate.photo.name}{moved}")
+        moved_px = 0.0 if alignment is None else max(map(abs, alignment.shift_px))
+        told = (
+            rpt_("Camera matched to {photograph}")
+            if alignment is None
+            else rpt_("Camera matched to {photograph}, {moved:.2f} px moved")
+        )
+        self.tell("INFO", told.format(photograph=result.match.backplate.photo.name, moved=moved_px))
         for remark in result.remarks:  # last, because the status bar shows the last report
             self.tell("WARNING", remark)
 
@@ -157,4 +163,7 @@ class SPECTRAL_PROBE_OT_add_ground(JobOperator, bpy.types.Operator):
 
         ground = lay_ground(context.scene, *result)
         mean = context.scene.spectral_probe.backplate.ground_mean
-        self.tell("INFO", f"{ground.name} reflects {', '.join(f'{value:.2f}' for value in mean)}")
+        told = rpt_("{ground} reflects {reflectance}")
+        self.tell(
+            "INFO", told.format(ground=ground.name, reflectance=", ".join(f"{value:.2f}" for value in mean))
+        )

@@ -31,18 +31,19 @@ def paths_in(settings: bpy.types.PropertyGroup) -> set[Path]:
     }
 
 
-def add_views(settings: bpy.types.PropertyGroup, groups: Sequence[ViewGroup]) -> None:
-    """Append views, make the first of them active, and give them bearings.
+_FULL_FRAME_MM = 36.0
+_TELEPHONE_MM = 9.0
+"""A shorter lens belongs to a telephone or a compact camera, whose small sensor sees as much as..."""
+_EQUIVALENT_MM = 27.0
+"""...this lens does on full frame."""
 
-    A single photograph among brackets, which may show no ball, takes no place in the circle.
-    """
+
+def add_views(settings: bpy.types.PropertyGroup, groups: Sequence[ViewGroup]) -> None:
+    """Append views, make the first of them active, and give them bearings."""
     before = len(settings.views)
-    brackets = [group for group in groups if "one photograph" not in group.hints]
-    for group in brackets:
+    for group in groups:
         add_photos(settings.views.add(), [record.path for record in group.photos])
     place_views(settings, range(before, len(settings.views)))
-    for group in groups[len(brackets) :]:
-        add_photos(settings.views.add(), [record.path for record in group.photos])
     settings.active_view = before if groups else settings.active_view
 
 
@@ -95,6 +96,36 @@ def folders_beside(settings: bpy.types.PropertyGroup, folder: Path) -> None:
             setattr(settings, f"{name}_directory", str(parent / name))
 
 
+def assume_lens(settings: bpy.types.PropertyGroup, groups: Sequence[ViewGroup]) -> list[str]:
+    """Where nothing says how wide the sensor is, or how long the lens, put what is usual into the camera's settings.
+
+    Returns
+    -------
+    list of str
+        A sentence on what was assumed and what it does; none where nothing was.
+    """
+    camera = settings.camera
+    records = [record for group in groups for record in group.photos]
+    if camera.focal_source != "EXIF" or camera.sensor_width_mm or any(r.has_sensor_width for r in records):
+        return []
+    lenses_mm = [record.focal_mm for record in records if record.focal_mm]
+    camera.sensor_width_mm = _FULL_FRAME_MM
+    if lenses_mm and max(lenses_mm) < _TELEPHONE_MM:
+        camera.sensor_width_mm = round(_FULL_FRAME_MM * lenses_mm[0] / _EQUIVALENT_MM, 1)
+    if len(lenses_mm) == len(records):
+        text = rpt_(
+            "The photographs do not say how wide the sensor is: {sensor:.3g} mm is assumed. If it is smaller or they "
+            "are cut, directions near the ball's rim are off by degrees: correct it in World > Capture > Camera"
+        )
+    else:
+        camera.focal_source = "MM"
+        text = rpt_(
+            "The photographs do not say their lens: {focal:g} mm on a sensor {sensor:.3g} mm wide is assumed. If it is another, "
+            "or they are cut, directions near the ball's rim are off by degrees: correct it in World > Capture > Camera"
+        )
+    return [text.format(focal=camera.focal_mm, sensor=camera.sensor_width_mm)]
+
+
 def summary(settings: bpy.types.PropertyGroup, photographs: int) -> str:
     """How many views of how many photographs there are now, and from where they are taken to look."""
     views = len(settings.views)
@@ -123,21 +154,10 @@ def remarks(grouping: Grouping, first: int, equal: bool, camera_model: str) -> l
                 files=named([record.name for record in grouping.beside_raw])
             )
         )
-    sentences = (
-        ("one photograph", rpt_("{views} with a single photograph: remove it if it does not show the ball")),
-        (
-            "uneven",
-            rpt_("{views} with another number of exposures than most: move photographs where they belong"),
-        ),
-        (
-            "same moment",
-            rpt_("{views} hold the same photographs at two sizes, such as cut ones: remove one of them"),
-        ),
-    )
-    for hint, sentence in sentences:
-        numbers = [first + number for number, view in enumerate(views) if hint in view.hints]
-        if numbers:
-            told.append(sentence.format(views=numbered(numbers)))
+    numbers = [first + number for number, view in enumerate(views) if "uneven" in view.hints]
+    if numbers and len(views) > 1:
+        text = rpt_("{views} with another number of exposures than most: move photographs where they belong")
+        told.append(text.format(views=numbered(numbers)))
     unexposed = [record.name for view in views for record in view.photos if _unexposed(record)]
     if equal:
         told.append(rpt_("No exposure is stated: all photographs are taken to be exposed alike"))
@@ -150,8 +170,6 @@ def remarks(grouping: Grouping, first: int, equal: bool, camera_model: str) -> l
     records = [record for view in views for record in view.photos]
     if any(record.encoding == "raw" for record in records) and not camera_model:
         told.append(rpt_("Choose the camera: raw photographs need its spectral sensitivities"))
-    if not any(record.has_sensor_width for record in records):
-        told.append(rpt_("The focal length is not known in pixels: give the lens in Camera, or calibrate it"))
     return told
 
 

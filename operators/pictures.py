@@ -35,9 +35,10 @@ def show_render(path: Path) -> bpy.types.Image:
     return image
 
 
-def show_image(image: bpy.types.Image) -> None:
-    """Show an image in an open image editor if there is one, else in a new window; nothing in background."""
-    _show_soon(image)
+def show_image(image: bpy.types.Image, *, in_new_window: bool = True) -> None:
+    """Show an image in an open image editor if there is one, else in a new window where asked for; nothing in background."""
+    if in_new_window or _image_editor() is not None:
+        _show_soon(image)
 
 
 def _show_soon(image: bpy.types.Image) -> None:

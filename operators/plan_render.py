@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Job, Progress
 from ..spectral_probe.work import worked
@@ -42,4 +43,5 @@ class SPECTRAL_PROBE_OT_plan_render(JobOperator, bpy.types.Operator):
         """Keep the prediction in the scene."""
         settings = context.scene.spectral_probe
         keep_plan(settings, result)
-        self.tell("INFO", f"{result.passes} passes, {settings.planned.cost:.2f} RGB renders")
+        told = rpt_("{passes} passes, as long as {cost:.2f} RGB renders")
+        self.tell("INFO", told.format(passes=result.passes, cost=settings.planned.cost))

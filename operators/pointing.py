@@ -136,7 +136,7 @@ class PointsAtPanorama(ReportsErrors):
         if found is None:
             return None
         region, view = found
-        x, y = event.mouse_x - region.x, event.mouse_y - region.y
+        x, y = event.mouse_x - region.x + 0.5, event.mouse_y - region.y + 0.5  # the pixel's middle
         bearing = view.bearing_at(x, y)
         return None if bearing is None else (view, x, y, bearing)
 

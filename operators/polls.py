@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_n as n_
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from .missing import still_missing
 from .settings import probe_folder
 from .typed import path_of
+
+_BUILD_FIRST = n_("Build the probe first")
 
 type OperatorClass = type[bpy.types.Operator]
 
@@ -46,18 +49,18 @@ def has_light(operator: OperatorClass, context: bpy.types.Context) -> bool:
     return has_probe(operator, context, "Build the probe first, or set Light to Own World")
 
 
-def has_probe(
-    operator: OperatorClass, context: bpy.types.Context, message: str = "Build the probe first"
-) -> bool:
+def has_probe(operator: OperatorClass, context: bpy.types.Context, message: str = _BUILD_FIRST) -> bool:
     """A probe was built, or its folder chosen."""
     settings = context.scene.spectral_probe
     directory = str(probe_folder(settings)) if settings.probe_directory else ""
     if settings.packed.files:
-        message = "The files of the probe are gone. Unpack it: the .blend holds a copy"
+        message = n_("The files of the probe are gone. Unpack it: the .blend holds a copy")
     elif settings.probe_directory and probe_folder(settings).parent.name == "edits":
-        message = "The files of the edited light are gone. Build the probe again, or choose its folder"
+        message = n_("The files of the edited light are gone. Build the probe again, or choose its folder")
     elif settings.probe.width_px and settings.probe_directory:
-        message = "The files of the probe are gone. Find them (File > External Data), choose its folder, or build it again"
+        message = n_(
+            "The files of the probe are gone. Find them (File > External Data), choose its folder, or build it again"
+        )
     return _has_file(operator, directory, "probe.exr", message)
 
 

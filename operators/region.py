@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Job, Region
 from .job import JobOperator
@@ -101,7 +102,9 @@ def _edited(
 def _said(count: int) -> str:
     if count == 0:
         return "The probe's light is as it was built"
-    return f"The probe's light has {count} {'edit' if count == 1 else 'edits'}"
+    if count == 1:
+        return rpt_("The probe's light has 1 edit")
+    return rpt_("The probe's light has {count} edits").format(count=count)
 
 
 class ChangesRegion(EditsLight):

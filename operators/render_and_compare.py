@@ -14,8 +14,8 @@ from ..spectral_probe.work import all_worked
 from .base import OperatorResult
 from .compare import compare_settings_from, keep_compared
 from .polls import has_light
-from .render_spectral import RendersSpectrally, planner_from, render_scene
-from .settings import folder_of
+from .render_folder import render_folder
+from .render_spectral import RendersSpectrally, passes_told, planner_from, render_scene
 
 if TYPE_CHECKING:
     from ..spectral_probe.compare_command import CompareSettings
@@ -72,7 +72,7 @@ class SPECTRAL_PROBE_OT_render_and_compare(RendersSpectrally, bpy.types.Operator
         """Read the settings and start."""
         context.scene.render.engine = "CYCLES"
         settings = context.scene.spectral_probe
-        directory = folder_of(settings.render_directory, "render")
+        directory = render_folder(context.scene, replace=self.on_change == "RESTART")
         words = {**self.words(context), "rgb_twin": True}
         return render_and_compare(
             context.scene, planner_from(settings), directory, words, compare_settings_from(settings)
@@ -81,5 +81,5 @@ class SPECTRAL_PROBE_OT_render_and_compare(RendersSpectrally, bpy.types.Operator
     def done(self, context: bpy.types.Context, result: Compared) -> None:
         """Keep the numbers of both, and show the sheet."""
         render = result.render
-        self.finish_with(context, render, f"{render.plan.passes} passes in {render.seconds_spectral:.1f} s")
+        self.finish_with(context, render, passes_told(render))
         keep_compared(self, context, result.comparison)

@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Job, Progress
 from ..spectral_probe.work import worked
@@ -29,6 +32,12 @@ _DIALOG_WIDTH = 420
 _ON_CHANGE = {"ASK": "refuse", "RESTART": "restart", "RESUME": "resume"}
 
 
+def passes_told(result: SpectralRender) -> str:
+    """How many passes a render took, and how long."""
+    told = rpt_("{passes} passes in {seconds:.1f} s")
+    return str(told.format(passes=result.plan.passes, seconds=result.seconds_spectral))
+
+
 class RendersSpectrally(JobOperator):
     """Mixin of the two operators: asks what to do with passes of an unfinished render of something else."""
 
@@ -44,7 +53,7 @@ class RendersSpectrally(JobOperator):
         options={"SKIP_SAVE"},
     )
 
-    after_stop = ". The finished passes are kept: press the button again to go on"
+    after_stop = n_("The finished passes are kept: press the button again to go on")
 
     _changed: tuple[str, ...] = ()
 
@@ -79,7 +88,8 @@ class RendersSpectrally(JobOperator):
         """The question."""
         column = self.layout.column()
         column.label(text="The folder has passes of an unfinished render.", icon="ERROR")
-        column.label(text=f"Since then this has changed: {', '.join(self._changed)}.", icon="BLANK1")
+        changed = iface_("Since then this has changed: {names}.").format(names=", ".join(self._changed))
+        column.label(text=changed, icon="BLANK1", translate=False)
         column.prop_enum(self, "on_change", "RESTART")
         column.prop_enum(self, "on_change", "RESUME")
 
@@ -130,7 +140,7 @@ class SPECTRAL_PROBE_OT_render_spectral(RendersSpectrally, bpy.types.Operator):
 
     def done(self, context: bpy.types.Context, result: SpectralRender) -> None:
         """Keep the report's numbers in the scene."""
-        self.finish_with(context, result, f"{result.plan.passes} passes in {result.seconds_spectral:.1f} s")
+        self.finish_with(context, result, passes_told(result))
 
 
 class SPECTRAL_PROBE_OT_render_animation(RendersSpectrally, bpy.types.Operator):
@@ -154,7 +164,8 @@ class SPECTRAL_PROBE_OT_render_animation(RendersSpectrally, bpy.types.Operator):
     def done(self, context: bpy.types.Context, result: tuple[SpectralRender, ...]) -> None:
         """Keep the last frame's numbers in the scene."""
         seconds = sum(frame.seconds_spectral for frame in result)
-        self.finish_with(context, result[-1], f"{len(result)} frames in {seconds:.0f} s")
+        told = rpt_("{frames} frames in {seconds:.0f} s")
+        self.finish_with(context, result[-1], told.format(frames=len(result), seconds=seconds))
 
 
 def frames_of(scene: bpy.types.Scene) -> range:

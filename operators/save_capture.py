@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, StringProperty
 
 from .base import FINISHED, OperatorResult, ReportsErrors
@@ -40,5 +41,5 @@ class SPECTRAL_PROBE_OT_save_capture(ReportsErrors, bpy.types.Operator):
         path = Path(bpy.path.ensure_ext(bpy.path.abspath(self.filepath), ".toml"))
         save_capture(capture_from(settings), path)
         settings.capture_path = path_text(path)
-        self.report({"INFO"}, f"Saved {path.name}")
+        self.report({"INFO"}, rpt_("Saved {file}").format(file=path.name))
         return FINISHED

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Job
 from .job import JobOperator
@@ -34,4 +35,4 @@ class SPECTRAL_PROBE_OT_show_basis(JobOperator, bpy.types.Operator):
     def done(self, _context: bpy.types.Context, result: Numbers) -> None:
         """Show the plot."""
         show(Path(result["basis_plot"]), "Basis")
-        self.tell("INFO", f"Basis written to {Path(result['basis_plot']).name}")
+        self.tell("INFO", rpt_("Basis written to {file}").format(file=Path(result["basis_plot"]).name))

@@ -21,7 +21,7 @@ VIEWS = {
 
 
 class SPECTRAL_PROBE_OT_show_comparison(ReportsErrors, bpy.types.Operator):
-    """Show a picture of the comparison in the image editor"""
+    """Show a picture of the comparison in the Image Editor"""
 
     bl_idname = "spectral_probe.show_comparison"
     bl_label = "Show Comparison"

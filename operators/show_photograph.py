@@ -54,7 +54,7 @@ def halved(outline: Outline) -> Outline:
 
 
 class SPECTRAL_PROBE_OT_show_photograph(JobOperator, bpy.types.Operator):
-    """Show a photograph of the active view in the image editor, with the ball's outline over it"""
+    """Show a photograph of the active view in the Image Editor, with the ball's outline over it"""
 
     bl_idname = "spectral_probe.show_photograph"
     bl_label = "Show Photograph"

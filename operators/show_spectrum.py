@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..spectral_probe.model import Job
 from .job import JobOperator
@@ -48,4 +49,4 @@ class SPECTRAL_PROBE_OT_show_spectrum(JobOperator, bpy.types.Operator):
         """Keep the numbers and show the plot."""
         keep_spectrum(context.scene.spectral_probe, result)
         show(Path(result["plot"]), "Spectrum")
-        self.tell("INFO", f"Spectrum written to {Path(result['csv']).name}")
+        self.tell("INFO", rpt_("Spectrum written to {file}").format(file=Path(result["csv"]).name))

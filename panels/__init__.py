@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import add_menu, import_menu, overlays, preset_menus
+from . import add_menu, import_menu, main_menu, overlays, preset_menus
 from .add_menu import SPECTRAL_PROBE_MT_add_metal
 from .backplate import SPECTRAL_PROBE_PT_backplate, SPECTRAL_PROBE_PT_ground
 from .capture import (
@@ -26,6 +26,7 @@ from .lists import (
     SPECTRAL_PROBE_UL_region_lights,
     SPECTRAL_PROBE_UL_views,
 )
+from .main_menu import STAGES, SPECTRAL_PROBE_MT_main
 from .material import SPECTRAL_PROBE_PT_light, SPECTRAL_PROBE_PT_material
 from .objects import SPECTRAL_PROBE_PT_objects
 from .panorama import (
@@ -91,6 +92,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_PT_material_swatches,
         SPECTRAL_PROBE_PT_light_swatches,
         SPECTRAL_PROBE_MT_add_metal,
+        *STAGES,
+        SPECTRAL_PROBE_MT_main,
         SPECTRAL_PROBE_PT_torrance_sparrow,
         SPECTRAL_PROBE_PT_image_ball,
         SPECTRAL_PROBE_PT_image_overlay,
@@ -109,6 +112,7 @@ def register() -> None:
     bpy.types.TOPBAR_MT_file_external_data.append(draw_external_data)
     add_menu.register()
     import_menu.register()
+    main_menu.register()
     preset_menus.register()
     overlays.register()
 
@@ -116,6 +120,7 @@ def register() -> None:
 def unregister() -> None:
     """Take them back."""
     preset_menus.unregister()
+    main_menu.unregister()
     import_menu.unregister()
     overlays.unregister()
     add_menu.unregister()

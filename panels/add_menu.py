@@ -1,18 +1,19 @@
 """Add > Spectral Metal in the 3D viewport."""
 
 import bpy
+from bpy.app.translations import pgettext_n as n_
 
 OBJECTS = (
-    ("GOLD_PEDESTAL", "Gold Pedestal", "MESH_CYLINDER"),
-    ("SILVER_BALL", "Silver Ball", "MESH_UVSPHERE"),
-    ("COPPER_BALL", "Copper Ball", "MESH_UVSPHERE"),
-    ("GROUP", "All Three", "OUTLINER_OB_GROUP_INSTANCE"),
+    ("GOLD_PEDESTAL", n_("Gold Pedestal", "Operator"), "MESH_CYLINDER"),
+    ("SILVER_BALL", n_("Silver Ball", "Operator"), "MESH_UVSPHERE"),
+    ("COPPER_BALL", n_("Copper Ball", "Operator"), "MESH_UVSPHERE"),
+    ("GROUP", n_("All Three", "Operator"), "OUTLINER_OB_GROUP_INSTANCE"),
 )
 """What can be added: the word of `spectral_probe.add_object`, its text and its icon."""
 
 
 class SPECTRAL_PROBE_MT_add_metal(bpy.types.Menu):
-    """Objects of measured metal."""
+    """Add an object of measured metal"""
 
     bl_label = "Spectral Metal"
 

@@ -43,7 +43,7 @@ def _draw_match(column: bpy.types.UILayout, plate: bpy.types.AnyType) -> None:
         row(column, "Moved", "{:+.2f}, {:+.2f} px".format(*plate.shift_px))
         row(column, "Error", f"{plate.error_px:.2f} px")
     if any(plate.gain):
-        row(column, "Brighter by", "{:.2f}, {:.2f}, {:.2f}".format(*plate.gain))
+        row(column, "Brighter By", "{:.2f}, {:.2f}, {:.2f}".format(*plate.gain))
     row(column, "Ground", "{:.2f}, {:.2f}, {:.2f}".format(*plate.ground_mean))
 
 

@@ -1,13 +1,13 @@
 """Stages 1 and 2: what was photographed, with what, and the ball in it."""
 
-import math
 from pathlib import PurePath
 from typing import ClassVar
 
 import bpy
 
+from .image_ball import draw_found
 from .known_light import draw_own_lights
-from .main import InWorld, job_button, results, row, settings_layout
+from .main import InWorld, job_button, results, settings_layout
 from .preset_menus import SPECTRAL_PROBE_PT_capture_presets, SPECTRAL_PROBE_PT_lamps_presets
 
 
@@ -178,12 +178,4 @@ class SPECTRAL_PROBE_PT_ball(InWorld, bpy.types.Panel):
         job_button(layout, context, "spectral_probe.detect_ball", "VIEWZOOM")
         job_button(layout, context, "spectral_probe.show_photograph", "IMAGE_DATA")
         if view.has_outline:
-            _draw_outline(results(layout), view)
-
-
-def _draw_outline(column: bpy.types.UILayout, view: bpy.types.AnyType) -> None:
-    column.label(text=view.name, icon="CHECKMARK")
-    row(column, "Centre", "{:.1f}, {:.1f} px".format(*view.found_centre_px))
-    row(column, "Semi-axes", "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
-    row(column, "Angle", f"{math.degrees(view.found_angle):.1f}°")
-    row(column, "RMS", f"{view.found_rms_px:.3f} px")
+            draw_found(results(layout), view)

@@ -1,6 +1,7 @@
 """Stage 7: how far the RGB render is from the spectral one."""
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 
 from .main import InRender, cells, job_button, name_or_file, paragraph, results, row, settings_layout
 
@@ -32,7 +33,7 @@ class SPECTRAL_PROBE_PT_compare(InRender, bpy.types.Panel):
         row(column, "Mean ΔE 2000", f"{comparison.mean_de2000:.2f}")
         row(column, "95 % below", f"{comparison.p95_de2000:.2f}")
         row(column, "Largest", f"{comparison.max_de2000:.2f}")
-        row(column, "xy shift", "{:+.4f}, {:+.4f}".format(*comparison.xy_shift))
+        row(column, "xy Shift", "{:+.4f}, {:+.4f}".format(*comparison.xy_shift))
         if chosen.objects:
             _draw_objects(results(layout), chosen.objects)
         for warning in comparison.warnings.splitlines():
@@ -48,4 +49,5 @@ def _draw_objects(column: bpy.types.UILayout, objects: bpy.types.AnyType) -> Non
     for thing in objects[:_MOST_ROWS]:
         cells(column, thing.name, f"{thing.mean_de2000:.2f}", f"{thing.p95_de2000:.2f}")
     if len(objects) > _MOST_ROWS:
-        column.label(text=f"and {len(objects) - _MOST_ROWS} more in compare.json")
+        more = iface_("and {count} more in compare.json").format(count=len(objects) - _MOST_ROWS)
+        column.label(text=more, translate=False)

@@ -82,4 +82,4 @@ def draw_list(layout: bpy.types.UILayout, context: bpy.types.Context, edits: bpy
         edit = edits.items[edits.active_edit]
         column = results(layout)
         paragraph(column, context, edit.region, "NONE")
-        row(column, "Solid angle", f"{edit.solid_angle_sr:.4f} sr")
+        row(column, "Solid Angle", f"{edit.solid_angle_sr:.4f} sr")

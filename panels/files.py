@@ -4,6 +4,7 @@ from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
 
 from ..operators.missing import still_missing
 from ..versions import is_newer
@@ -64,8 +65,8 @@ def draw_external_data(self: bpy.types.Menu, _context: bpy.types.Context) -> Non
     layout = self.layout
     layout.separator()
     for form, text in (
-        ("RELATIVE", "Make Spectral Probe Paths Relative"),
-        ("ABSOLUTE", "Make Spectral Probe Paths Absolute"),
+        ("RELATIVE", n_("Make Spectral Probe Paths Relative", "Operator")),
+        ("ABSOLUTE", n_("Make Spectral Probe Paths Absolute", "Operator")),
     ):
         layout.operator("spectral_probe.make_paths", text=text).form = form
     layout.operator("spectral_probe.find_files")

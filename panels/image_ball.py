@@ -43,7 +43,7 @@ class SPECTRAL_PROBE_PT_image_ball(InImageEditor, bpy.types.Panel):
         column.prop(settings, "all_views")
         job_button(layout, context, "spectral_probe.detect_ball", "VIEWZOOM")
         if view.has_outline:
-            _draw_found(results(layout), view)
+            draw_found(results(layout), view)
 
 
 class SPECTRAL_PROBE_PT_image_overlay(InImageEditor, bpy.types.Panel):
@@ -71,13 +71,12 @@ class SPECTRAL_PROBE_PT_image_overlay(InImageEditor, bpy.types.Panel):
 
 
 def _draw_photograph(layout: bpy.types.UILayout, context: bpy.types.Context, view: Any) -> None:
-    shown = view.shown
-    buttons = layout.row(align=True)
-    if shown.picture is not None:
-        buttons.operator("spectral_probe.show_photograph", text="", icon="TRIA_LEFT").step = -1
-    job_button(buttons, context, "spectral_probe.show_photograph", "IMAGE_DATA")
-    if shown.picture is not None:
-        buttons.operator("spectral_probe.show_photograph", text="", icon="TRIA_RIGHT").step = 1
+    verb = "spectral_probe.show_photograph"
+    if view.shown.picture is not None:
+        steps = layout.row(align=True)
+        steps.operator(verb, text="Before", icon="TRIA_LEFT").step = -1
+        steps.operator(verb, text="Next", icon="TRIA_RIGHT").step = 1
+    job_button(layout, context, verb, "IMAGE_DATA")
     settings_layout(layout).prop(context.scene.spectral_probe.overlay, "exposure_ev")
 
 
@@ -90,11 +89,12 @@ def changed_since(view: Any) -> bool:
     return any(abs(one - other) > 0.05 for one, other in zip(now, view.shown.fitted_px, strict=True))
 
 
-def _draw_found(column: bpy.types.UILayout, view: Any) -> None:
+def draw_found(column: bpy.types.UILayout, view: Any) -> None:
+    """The outline found in a view, in numbers."""
     column.label(text=view.name, icon="CHECKMARK", translate=False)
     row(column, iface_("Centre"), "{:.1f}, {:.1f} px".format(*view.found_centre_px))
-    row(column, iface_("Semi-axes"), "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
+    row(column, iface_("Semi-Axes"), "{:.2f}, {:.2f} px".format(*view.found_semi_axes_px))
     row(column, iface_("Angle"), f"{math.degrees(view.found_angle):.1f}°")
     row(column, iface_("RMS"), f"{view.found_rms_px:.3f} px")
     if view.shown.cone_angle > 0.0:
-        row(column, iface_("Blind cone"), f"±{math.degrees(view.shown.cone_angle):.1f}°")
+        row(column, iface_("Blind Cone"), f"±{math.degrees(view.shown.cone_angle):.1f}°")

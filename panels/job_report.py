@@ -18,7 +18,7 @@ def draw_report(layout: bpy.types.UILayout, context: bpy.types.Context, operator
     opened.alignment = "LEFT"
     arrow = "DOWNARROW_HLT" if report.opened else "RIGHTARROW"
     opened.prop(report, "opened", text="", icon=arrow, emboss=False)
-    header.label(text=report.title, icon="CHECKMARK" if report.finished else "CANCEL", translate=False)
+    header.label(text=report.outcome, icon="CHECKMARK" if report.finished else "CANCEL", translate=False)
     header.operator("spectral_probe.copy_report", text="", icon="COPYDOWN", emboss=False).operator = operator
     if report.opened:
         column = box.column(align=True)

@@ -3,6 +3,8 @@
 from typing import ClassVar
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
 
 from .main import InWorld, settings_layout
 
@@ -73,7 +75,7 @@ class SPECTRAL_PROBE_PT_calibration(InWorld, bpy.types.Panel):
             return
         if known.source == "PATCH":
             column.prop(known, "view")
-            _draw_edges(column, known, "patch_px", "Patch")
+            _draw_edges(column, known, "patch_px", iface_("Patch"))
         else:
             column.prop(known, "bearing")
             column.prop(known, "elevation")
@@ -93,11 +95,11 @@ class SPECTRAL_PROBE_PT_calibration(InWorld, bpy.types.Panel):
             column.separator()
             column.prop(known, "has_ball_patch")
             if known.has_ball_patch:
-                _draw_edges(column, known, "ball_patch_px", "Reflection")
+                _draw_edges(column, known, "ball_patch_px", iface_("Reflection"))
 
 
 def _draw_edges(column: bpy.types.UILayout, known: bpy.types.AnyType, rectangle: str, name: str) -> None:
     """The four edges of a rectangle, each with its name."""
     edges = column.column(align=True)
-    for index, edge in enumerate(("Left", "Top", "Right", "Bottom")):
-        edges.prop(known, rectangle, index=index, text=f"{name} {edge}" if index == 0 else edge)
+    for index, edge in enumerate((n_("Left"), n_("Top"), n_("Right"), n_("Bottom"))):
+        edges.prop(known, rectangle, index=index, text=f"{name} {iface_(edge)}" if index == 0 else edge)

@@ -7,7 +7,9 @@ import textwrap
 from typing import ClassVar
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 
+from ..translations import of_core
 from .job_report import draw_report
 
 _LETTER_PX = 6.2  # mean width of a letter in Blender's default font, at a resolution scale of 1
@@ -93,8 +95,9 @@ def paragraph(column: bpy.types.UILayout, context: bpy.types.Context, text: str,
     region_px = context.region.width if context.region is not None else 0
     scale = context.preferences.system.ui_scale or 1.0  # 0 without a window
     letters = int((region_px / scale - _MARGINS_PX) / _LETTER_PX)
-    for index, line in enumerate(textwrap.wrap(text, max(letters, 20))):
-        column.label(text=line, icon="BLANK1" if index and icon != "NONE" else icon)
+    words = of_core(iface_(text)) if text else ""
+    for index, line in enumerate(textwrap.wrap(words, max(letters, 20))):
+        column.label(text=line, icon="BLANK1" if index and icon != "NONE" else icon, translate=False)
 
 
 def cells(column: bpy.types.UILayout, *texts: str, active: bool = True) -> None:

@@ -68,7 +68,7 @@ def _draw_direction(column: bpy.types.UILayout, shown: Any, chosen: Any) -> None
         column.label(text=shown.problem, icon="INFO")
         return
     for number, kind in enumerate(shown.kinds.splitlines()):
-        row(column, "" if number else iface_("Kind of light"), kind)
+        row(column, "" if number else iface_("Kind of Light"), kind)
     row(column, iface_("Confidence"), f"{shown.confidence:.3f}")
     same = abs(shown.azimuth - chosen.azimuth) < 1e-5 and abs(shown.elevation - chosen.elevation) < 1e-5
     if same and chosen.has_numbers and chosen.cct_kelvin:

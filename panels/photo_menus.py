@@ -7,7 +7,7 @@ from bpy.app.translations import pgettext_iface as iface_
 
 
 class SPECTRAL_PROBE_MT_views(bpy.types.Menu):
-    """What can be done with views besides adding and removing them."""
+    """Join views, and spread them evenly round the ball"""
 
     bl_label = "Views"
 
@@ -32,7 +32,7 @@ class SPECTRAL_PROBE_MT_views(bpy.types.Menu):
 
 
 class SPECTRAL_PROBE_MT_photos(bpy.types.Menu):
-    """Where the active photograph can be moved to."""
+    """Move the active photograph to another view"""
 
     bl_label = "Photograph"
 

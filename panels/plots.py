@@ -43,4 +43,4 @@ def _draw_numbers(column: bpy.types.UILayout, chosen: bpy.types.AnyType) -> None
     if chosen.has_comparison:
         row(column, "GFC", f"{math.floor(chosen.gfc * 1e4) / 1e4:.4f}")  # 1.0000 is said of no imperfect fit
         row(column, "Relative RMSE", f"{chosen.relative_rmse:.1%}")
-        row(column, "ΔE of the light", f"{chosen.de2000_light:.2f}")
+        row(column, "ΔE of the Light", f"{chosen.de2000_light:.2f}")

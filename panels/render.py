@@ -1,6 +1,7 @@
 """Stage 5: the spectral render, in the render properties and the Render menu."""
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 
 from ..operators.render_folder import sharing_scenes
 from .main import duration, job_button, paragraph, results, row, settings_layout
@@ -57,7 +58,8 @@ class SPECTRAL_PROBE_PT_render(bpy.types.Panel):
 
 
 def _draw_render(column: bpy.types.UILayout, render: bpy.types.AnyType) -> None:
-    row(column, "Passes", f"{render.passes} at {render.samples} samples")
+    told = iface_("{passes} at {samples} samples").format(passes=render.passes, samples=render.samples)
+    row(column, "Passes", told)
     if render.predicted_de2000:
         row(column, "Predicted ΔE", f"{render.predicted_de2000:.2f}")
     row(column, "Spectral", duration(render.seconds))

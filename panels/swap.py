@@ -1,6 +1,7 @@
 """Lights that can be exchanged after rendering, and their exchange; and what a plan says."""
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 
 from .main import InRender, job_button, name_or_file, paragraph, results, row, settings_layout
 
@@ -76,6 +77,6 @@ def draw_plan(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     if planned.max_de2000:
         row(column, "Mean ΔE 2000", f"{planned.mean_de2000:.2f}")
         row(column, "99 % below", f"{planned.max_de2000:.2f}")
-    row(column, "Cost", f"{planned.cost:.2f} RGB renders")
+    row(column, "Cost", iface_("{cost:.2f} RGB renders").format(cost=planned.cost))
     for sentence in planned.text.splitlines():
         paragraph(column, context, sentence, "NONE")

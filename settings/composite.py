@@ -45,7 +45,7 @@ class SPECTRAL_PROBE_PG_composite(bpy.types.PropertyGroup):
     )
     show: EnumProperty(
         name="Show",
-        description="Which picture the image editor shows",
+        description="Which picture the Image Editor shows",
         items=(
             ("composite", "Composite", "The photograph with the spectral render"),
             ("composite_rgb", "RGB Composite", "The photograph with the ordinary RGB render"),

@@ -1,7 +1,7 @@
 """What each kind of job told last, on `WindowManager.spectral_probe_reports`; not saved."""
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
 
 
 class SPECTRAL_PROBE_PG_report_line(bpy.types.PropertyGroup):
@@ -23,6 +23,10 @@ class SPECTRAL_PROBE_PG_job_report(bpy.types.PropertyGroup):
     """The last report of an operator's job; the name is the operator's."""
 
     title: StringProperty(name="Report", description="Which job it was, how it ended, and how long it took")
+    outcome: StringProperty(name="Outcome", description="How it ended, and how long it took")
+    longest_step_s: FloatProperty(
+        name="Longest Step", description="For how long at most the job held Blender's window", min=0.0
+    )
     finished: BoolProperty(name="Finished", description="The job came to its end")
     opened: BoolProperty(name="Open", description="Show what the job told")
     lines: CollectionProperty(type=SPECTRAL_PROBE_PG_report_line)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -22,13 +23,14 @@ from .files.probe_exr import write_layers, write_probe
 from .files.spectral_exr import write_spectral_panorama
 from .filters import FilterSets, filter_sets
 from .geometry.frames import camera_to_world
+from .geometry.outline import FoundBall
 from .geometry.panorama import WIDTHS, natural_width
 from .geometry.registration import PlacedView, ViewRegistration, register_with_partners, small_panorama
 from .geometry.sampling import sampling
 from .geometry.stitch import doubts
 from .known_light import Calibration, calibrated, calibration_note, check_calibration, patch_of
 from .light import recover_light
-from .model import Capture, FloatArray, Job, Progress, SpectralPanorama, part
+from .model import Capture, FloatArray, Job, Photograph, Progress, SpectralPanorama, part
 from .recoveries import Recoveries, recoveries_of
 from .render.layers import colour_error, light_layers
 from .render_model import LightLayers
@@ -38,6 +40,9 @@ from .spectra.colorimetry import panorama_rec709
 from .spectra.incidence import IncidenceCorrection, incidence_cosines
 from .spectra.metals import ball_reflectance
 from .view import MeasuredView, measure_view
+
+type ViewSeen = Callable[[int, Sequence[Photograph], FoundBall], None]
+"""Told of a view's number (from 0), its photographs and the ball in them, while they are in memory."""
 
 _WORLD_COMMENT = "Scene-linear Rec.709, D65 white; Blender's equirectangular"
 
@@ -64,7 +69,7 @@ class _Stopwatch:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
-def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
+def build_probe(capture: Capture, width: int | None = None, seen: ViewSeen | None = None) -> Job[Probe]:
     """Recover the spectral panorama of a capture.
 
     Parameters
@@ -74,6 +79,9 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
     width
         Width of the panorama in pixels, even; the height is half of it. None: as fine as the photographs where they sample
         most densely.
+    seen
+        Called with the number of each view (from 0), its photographs and the ball found in them: whoever shows them need not
+        read and search again.
 
     Yields
     ------
@@ -102,7 +110,7 @@ def build_probe(capture: Capture, width: int | None = None) -> Job[Probe]:
         camera = _sensitivities(capture, converted=False)
         recoveries = recoveries_of(capture, filters.sensitivities(camera))
         reflectances = ball_reflectance(capture.ball.material, incidence_cosines())
-    measured = yield from part(_measured(capture, filters, watch), 0.02, 0.52)
+    measured = yield from part(_measured(capture, filters, watch, seen), 0.02, 0.52)
     yield Progress(0.52, "Registering the views" if len(filters.leaders) > 1 else "Measuring the sampling")
     placed = [_placed(view) for view in measured]
     with watch.stage("registration"):
@@ -144,7 +152,9 @@ def _sensitivities(capture: Capture, *, converted: bool) -> FloatArray:
     return camera_sensitivities(capture.camera.model, capture.camera.sensitivities)
 
 
-def _measured(capture: Capture, filters: FilterSets, watch: _Stopwatch) -> Job[list[MeasuredView]]:
+def _measured(
+    capture: Capture, filters: FilterSets, watch: _Stopwatch, seen: ViewSeen | None
+) -> Job[list[MeasuredView]]:
     """Every view of a capture, those without a filter first, which the others may take the ball's place from."""
     found: dict[int, MeasuredView] = {}
     order = sorted(range(len(capture.views)), key=lambda number: filters.group[number] > 0)
@@ -157,6 +167,7 @@ def _measured(capture: Capture, filters: FilterSets, watch: _Stopwatch) -> Job[l
                 capture.views[number],
                 patch_of(capture.calibration, number),
                 found.get(filters.partner[number]),
+                None if seen is None else partial(seen, number),
             )
     if len({view.converted for view in found.values()}) > 1:
         raise CaptureError("Some views are raw and some converted photographs (JPEG). Use one kind.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,6 +41,9 @@ _STILL_PX = 1.0
 """Nearer than this it did not move: a tripod that stood still is likelier than an outline that is exact."""
 
 _AS_WITHOUT = "its outline without the filter is used."
+
+type BallSeen = Callable[[Sequence[Photograph], FoundBall], None]
+"""Told of a view's photographs and the ball in them, while they are in memory."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,7 @@ def measure_view(
     settings: ViewSettings,
     patch_px: Rectangle | None = None,
     partner: MeasuredView | None = None,
+    seen: BallSeen | None = None,
 ) -> MeasuredView:
     """Read one view's bracket, find the ball in it, and merge it to radiance.
 
@@ -107,6 +111,8 @@ def measure_view(
     partner
         For photographs through a filter, the same view without it: where they are too dark to find the ball, it is where that
         has it.
+    seen
+        Called once the ball is found.
 
     Raises
     ------
@@ -118,6 +124,8 @@ def measure_view(
     stated = resolve_exposures(photographs, settings)
     camera = camera_for(capture.camera, photographs[0])
     found = locate_ball(photographs, settings, partner)
+    if seen is not None:
+        seen(photographs, found)
     outline = found.outlines[0]
     ball = fit_ball(camera, outline, capture.ball.radius_m)
     size_px = camera.size_px

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import Job, Progress, part
@@ -44,7 +45,7 @@ def render_frames(
     results = []
     with frame_restored(scene):
         for number, frame in enumerate(frames):
-            yield Progress(number / len(frames), f"Frame {frame}")
+            yield Progress(number / len(frames), rpt_("Frame {frame}").format(frame=frame))
             scene.frame_set(frame)
             job = spectral_render(
                 scene, planner.probe, None, frame_folder(directory, frame), samples=planner.samples,

@@ -131,16 +131,26 @@ def demo_scene(scene: bpy.types.Scene, bearing_deg: float = 0.0) -> None:
     scene.render.engine = "CYCLES"
     add_table(scene.collection)
     add_metals(scene.collection, bearing_deg=bearing_deg)
-    across, ahead = _axes(bearing_deg)
     data = bpy.data.cameras.new("Camera")
-    data.lens, data.shift_y = 29.0, 0.045  # level and shifted upwards: verticals stay upright
     camera = bpy.data.objects.new("Camera", data)
-    camera.location = across * 0.04 - ahead * 1.45 + Vector((0.0, 0.0, 0.36))
-    camera.rotation_euler = ahead.to_track_quat("-Z", "Y").to_euler()
+    aim_at_metals(camera, bearing_deg=bearing_deg)
     # Between the pedestal's front and the copper ball's; the panorama is out of focus, as it is in photographs.
     data.dof.use_dof, data.dof.focus_distance, data.dof.aperture_fstop = True, 1.32, 1.4
     scene.collection.objects.link(camera)
     scene.camera = camera
+
+
+def aim_at_metals(
+    camera: bpy.types.Object,
+    at: Sequence[float] = (0.0, 0.0, 0.0),
+    bearing_deg: float = 0.0,
+    scale: float = 1.0,
+) -> None:
+    """Place a camera before the group that `add_metals` adds, so that it fills a wide picture."""
+    across, ahead = _axes(bearing_deg)
+    camera.data.lens, camera.data.shift_y = 29.0, 0.045  # level and shifted upwards: verticals stay upright
+    camera.location = Vector(at) + (across * 0.04 - ahead * 1.45 + Vector((0.0, 0.0, 0.36))) * scale
+    camera.rotation_euler = ahead.to_track_quat("-Z", "Y").to_euler()
 
 
 def add_table(collection: bpy.types.Collection) -> bpy.types.Object:

@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ...spectral_probe.errors import FileFormatError
 from ...spectral_probe.files.atomic import check_folder, written_whole
@@ -45,9 +46,15 @@ def pack(settings: bpy.types.PropertyGroup, folder: Path) -> int:
     Raises
     ------
     FileFormatError
-        If a file cannot be read.
+        If a file cannot be read, or there is no probe.
     """
     found = packable(folder, settings.edits.state)
+    if not any(name == _lit_by(settings) for name, _ in found):  # an earlier copy is better than none
+        raise FileFormatError(
+            rpt_(
+                "{path} is not there, and was not packed. Find it, or build the probe again; an earlier copy stays."
+            ).format(path=folder / _lit_by(settings))
+        )
     try:
         contents = [(name, path, path.read_bytes()) for name, path in found]
     except OSError as problem:
@@ -64,6 +71,12 @@ def pack(settings: bpy.types.PropertyGroup, folder: Path) -> int:
             item.image = _packed_image(path, content)
     settings.packed.outdated = False
     return sum(len(content) for _, _, content in contents)
+
+
+def _lit_by(settings: bpy.types.PropertyGroup) -> str:
+    """The file whose light the scene has now."""
+    state = settings.edits.state
+    return f"{EDITS}/{state}/{PROBE}" if state else PROBE
 
 
 def remove(settings: bpy.types.PropertyGroup) -> None:

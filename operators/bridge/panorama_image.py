@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..settings import probe_folder
+from .image_space import ImageSpace
 from .opened_probe import MEMORY
 
 if TYPE_CHECKING:
@@ -99,15 +100,11 @@ class PanoramaView:
 def view_in(region: bpy.types.Region, image: bpy.types.Image) -> PanoramaView | None:
     """Where the panorama of an image lies in a region of an Image Editor; None where it has no pixels."""
     columns, rows = image.size
-    if not columns or rows < columns // 2:
+    if not columns or rows < columns // 2 or min(region.width, region.height) < 2:
         return None
-    x0, y0 = region.view2d.region_to_view(0, 0)  # 0..1 over the image
-    x1, y1 = region.view2d.region_to_view(region.width, region.height)
-    if x1 <= x0 or y1 <= y0:
-        return None
-    width, height = region.width / (x1 - x0), region.height / (y1 - y0)
-    legend = 1.0 - (columns // 2) / rows  # share of the image below the panorama
-    return PanoramaView(-x0 * width, (legend - y0) * height, width, (1.0 - legend) * height)
+    space, panorama_rows = ImageSpace.of(region, (columns, rows)), columns // 2  # a legend is below
+    left, bottom = space.to_region(0, panorama_rows)
+    return PanoramaView(left, bottom, columns * space.scale_x, panorama_rows * space.scale_y)
 
 
 def panorama_regions(window: bpy.types.Window | None) -> Iterator[tuple[bpy.types.Region, PanoramaView]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
@@ -11,6 +11,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from ...operators.bridge.image_space import ImageSpace
 from ...operators.bridge.photograph_image import view_shown
 from ...operators.edit_outline import outline_of, space_of
+from .lines import coloured_segments, strip
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,26 +34,6 @@ _TINTS = (0.0, 0.04, 0.1, 0.18, 0.25, 0.32, 0.4, 0.55)
 
 _CURVE = 256
 _TEXT_POINTS = 11
-
-
-class BallOverlay:
-    """The draw handler; it does nothing where the image shown is no photograph of a view."""
-
-    _handle: ClassVar[Any] = None
-
-    @classmethod
-    def add(cls) -> None:
-        """Begin to draw; once, however often it is called."""
-        if cls._handle is None and not bpy.app.background:
-            space = bpy.types.SpaceImageEditor
-            cls._handle = space.draw_handler_add(draw_ball, (), "WINDOW", "POST_PIXEL")
-
-    @classmethod
-    def remove(cls) -> None:
-        """Draw no more."""
-        if cls._handle is not None:
-            bpy.types.SpaceImageEditor.draw_handler_remove(cls._handle, "WINDOW")
-            cls._handle = None
 
 
 def draw_ball() -> None:
@@ -88,24 +69,24 @@ def _draw_found(context: bpy.types.Context, view: Any, overlay: Any, space: Imag
         for points, colours, triangles in _zones(summary, ellipse):
             _triangles(placed(points, space), colours, triangles)
     curve = placed(_ellipse(ellipse), space)
-    _line(context, curve, _SHADE_RGBA, 3.0 * unit, closed=True)
-    _line(context, curve, FOUND_RGBA, 1.5 * unit, closed=True)
+    strip(context, curve, _SHADE_RGBA, 3.0 * unit, closed=True)
+    strip(context, curve, FOUND_RGBA, 1.5 * unit, closed=True)
     if overlay.show_residuals and summary:
         ends, colours = _residuals(summary, ellipse, overlay.residual_scale)
-        _segments(context, placed(ends, space), colours, 1.5 * unit)
+        coloured_segments(context, placed(ends, space), colours, 1.5 * unit)
     x, y = space.to_region(*view.found_centre_px)
     for reach, colour, width in ((9, _SHADE_RGBA, 3.0), (8, FOUND_RGBA, 1.5)):
         arm = reach * unit
-        _line(context, ((x - arm, y), (x + arm, y)), colour, width * unit)
-        _line(context, ((x, y - arm), (x, y + arm)), colour, width * unit)
+        strip(context, ((x - arm, y), (x + arm, y)), colour, width * unit)
+        strip(context, ((x, y - arm), (x, y + arm)), colour, width * unit)
 
 
 def _draw_hand(context: bpy.types.Context, hand: HandOutline, space: ImageSpace, unit: float) -> None:
     """The circle or ellipse drawn by hand, thinner than what was found near it."""
     second = hand.radius_px if hand.round else hand.second_px
     curve = placed(_ellipse((hand.x_px, hand.y_px, hand.radius_px, second, hand.angle_rad)), space)
-    _line(context, curve, _SHADE_RGBA, 2.0 * unit, closed=True)
-    _line(context, curve, DRAWN_RGBA, 1.0 * unit, closed=True)
+    strip(context, curve, _SHADE_RGBA, 2.0 * unit, closed=True)
+    strip(context, curve, DRAWN_RGBA, 1.0 * unit, closed=True)
 
 
 def _draw_text(view: Any, number: int, unit: float) -> None:
@@ -229,34 +210,6 @@ def placed(points_px: Array, space: ImageSpace) -> Array:
 
     scale = np.array([space.scale_x, -space.scale_y])
     return np.asarray((points_px * scale + [space.left, space.top]).astype(np.float32))
-
-
-def _line(context: bpy.types.Context, points: Any, rgba: Any, width: float, *, closed: bool = False) -> None:
-    """An antialiased line `width` region pixels wide."""
-    import gpu
-    from gpu_extras.batch import batch_for_shader
-
-    shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
-    batch = batch_for_shader(shader, "LINE_LOOP" if closed else "LINE_STRIP", {"pos": points})
-    shader.uniform_float("viewportSize", (context.region.width, context.region.height))
-    shader.uniform_float("lineWidth", width)
-    shader.uniform_float("color", rgba)
-    batch.draw(shader)
-
-
-def _segments(context: bpy.types.Context, ends: Array, colours: Array, width: float) -> None:
-    """Separate antialiased lines, each with its colour."""
-    import gpu
-    import numpy as np
-    from gpu_extras.batch import batch_for_shader
-
-    if not len(ends):
-        return
-    shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
-    batch = batch_for_shader(shader, "LINES", {"pos": ends, "color": colours.astype(np.float32)})
-    shader.uniform_float("viewportSize", (context.region.width, context.region.height))
-    shader.uniform_float("lineWidth", width)
-    batch.draw(shader)
 
 
 def _triangles(points: Array, colours: Array, triangles: Array) -> None:

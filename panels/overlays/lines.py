@@ -32,13 +32,28 @@ def segments(context: bpy.types.Context, lines: Any, rgba: Rgba, width: float) -
     batch.draw(shader)
 
 
-def strip(context: bpy.types.Context, points: Any, rgba: Rgba, width: float) -> None:
-    """An antialiased line through points (N, 2)."""
+def coloured_segments(context: bpy.types.Context, ends: Any, colours: Any, width: float) -> None:
+    """Antialiased lines between pairs of points (2 N, 2), with a colour (2 N, 4) at each end."""
+    if not len(ends):
+        return
+    import gpu
+    import numpy as np
+    from gpu_extras.batch import batch_for_shader
+
+    shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
+    batch = batch_for_shader(shader, "LINES", {"pos": ends, "color": colours.astype(np.float32)})
+    shader.uniform_float("viewportSize", (context.region.width, context.region.height))
+    shader.uniform_float("lineWidth", width)
+    batch.draw(shader)
+
+
+def strip(context: bpy.types.Context, points: Any, rgba: Rgba, width: float, *, closed: bool = False) -> None:
+    """An antialiased line through points (N, 2), back to the first where it is closed."""
     import gpu
     from gpu_extras.batch import batch_for_shader
 
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
-    batch = batch_for_shader(shader, "LINE_STRIP", {"pos": points})
+    batch = batch_for_shader(shader, "LINE_LOOP" if closed else "LINE_STRIP", {"pos": points})
     shader.uniform_float("viewportSize", (context.region.width, context.region.height))
     shader.uniform_float("lineWidth", width)
     shader.uniform_float("color", rgba)

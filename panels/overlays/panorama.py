@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
@@ -31,26 +31,6 @@ _EDIT = (0.95, 0.45, 0.95, 0.9)  # pink: where the light was changed
 _ACTIVE_EDIT = (1.0, 0.65, 1.0, 1.0)
 _HOVERED = (1.0, 1.0, 1.0, 1.0)
 _DIRECTION = (1.0, 1.0, 1.0, 1.0)
-
-
-class PanoramaOverlay:
-    """The draw handler; it does nothing where the image shown is no panorama of a probe."""
-
-    _handle: ClassVar[Any] = None
-
-    @classmethod
-    def add(cls) -> None:
-        """Begin to draw; once, however often it is called."""
-        if cls._handle is None and not bpy.app.background:
-            space = bpy.types.SpaceImageEditor
-            cls._handle = space.draw_handler_add(draw_panorama, (), "WINDOW", "POST_PIXEL")
-
-    @classmethod
-    def remove(cls) -> None:
-        """Draw no more."""
-        if cls._handle is not None:
-            bpy.types.SpaceImageEditor.draw_handler_remove(cls._handle, "WINDOW")
-            cls._handle = None
 
 
 def draw_panorama() -> None:

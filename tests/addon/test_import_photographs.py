@@ -134,9 +134,14 @@ def test_replace_starts_again(two_views, photographs):
     assert shown(two_views) == [(0.0, SECOND)]
 
 
-def test_a_backplate_takes_no_place_in_the_circle(settings, photographs):
+def test_a_backplate_among_brackets_is_left_out_and_told(settings, photographs, capfd):
     drop(photographs, names(*FIRST, SECOND[2]))
-    assert shown(settings) == [(0.0, FIRST), (0.0, SECOND[2:])]
+    assert shown(settings) == [(0.0, FIRST)]
+    assert f"{SECOND[2]} left out: single among brackets" in said(capfd)
+    with pytest.raises(RuntimeError, match="single among brackets"):
+        drop(photographs, names(*FIRST, SECOND[2]))
+    drop(photographs, names(SECOND[2]))
+    assert shown(settings) == [(0.0, FIRST), (180.0, SECOND[2:])]
 
 
 @pytest.mark.parametrize(("views", "sizes"), [("ONE", [6]), ("EACH", [1] * 6)])
@@ -232,6 +237,68 @@ def test_raw_photographs_choose_their_camera(settings, project_root):
     ops.import_photographs(directory=str(gym), files=names("view0_0.dng", "view0_1.dng"))
     assert settings.camera.model == "Nikon 5100 (NPL)"
     assert shown(settings) == [(0.0, ["view0_0.dng", "view0_1.dng"])]
+
+
+def test_a_sensor_is_assumed_and_told_where_nothing_says_it(settings, project_root, capfd):
+    gym = project_root / "sample_scenes" / "gym"
+    ops.import_photographs(directory=str(gym), files=names("view0_0.dng", "view0_1.dng"))
+    assert settings.camera.focal_source == "EXIF", "the focal length is said"
+    assert settings.camera.sensor_width_mm == 36.0
+    told = said(capfd)
+    assert "Warning: The photographs do not say how wide the sensor is: 36 mm" in told
+    settings.camera.sensor_width_mm = 23.5
+    ops.import_photographs(directory=str(gym), files=names("view1_0.dng", "view1_1.dng"))
+    assert settings.camera.sensor_width_mm == 23.5, "what the user gave stays"
+    assert "how wide" not in said(capfd)
+
+
+def test_a_lens_is_assumed_and_told_where_nothing_says_it(settings, tmp_path, capfd):
+    from PIL import Image
+
+    Image.fromarray(np.full((60, 80, 3), 100, np.uint8)).save(tmp_path / "ball.jpg")
+    ops.import_photographs(directory=str(tmp_path))
+    camera = settings.camera
+    assert (camera.focal_source, camera.focal_mm, camera.sensor_width_mm) == ("MM", 50.0, 36.0)
+    assert "50 mm on a sensor 36 mm wide is assumed" in said(capfd)
+
+
+def test_a_telephones_sensor_is_small(settings, in_extension):
+    grouping, metadata = (in_extension(f"spectral_probe.photo.{name}") for name in ("grouping", "metadata"))
+    views = in_extension("operators.photograph_views")
+    group = grouping.ViewGroup((metadata.PhotoRecord(Path("IMG_1.jpg"), focal_mm=4.5),))
+    assert "6 mm is assumed" in views.assume_lens(settings, [group])[0]
+    assert settings.camera.sensor_width_mm == 6.0, "as wide a view as 27 mm on full frame"
+
+
+def _record(name, size_px=(60, 40), exposure=True, taken_s=None, in_extension=None):
+    metadata, model = in_extension("spectral_probe.photo.metadata"), in_extension("spectral_probe.model")
+    return metadata.PhotoRecord(
+        Path(name), size_px=size_px, exposure=model.Exposure(0.01) if exposure else None, taken_s=taken_s
+    )
+
+
+def test_cut_and_unexposed_photographs_are_left_out_and_told(in_extension):
+    grouping, choice = (
+        in_extension("spectral_probe.photo.grouping"),
+        in_extension("operators.photograph_choice"),
+    )
+
+    def group(prefix, **words):
+        times_s = [10.0 * number for number in range(3)] if words.pop("timed") else [None] * 3
+        return grouping.ViewGroup(
+            tuple(
+                _record(f"{prefix}{number}.jpg", taken_s=taken_s, in_extension=in_extension, **words)
+                for number, taken_s in enumerate(times_s)
+            )
+        )
+
+    cut, whole = group("cut", timed=True, size_px=(30, 30)), group("whole", timed=True)
+    other = group("edited", timed=False, exposure=False)
+    kept, told = choice.of_the_ball([cut, whole, other])
+    assert kept == [whole]
+    assert "cut0.jpg, cut1.jpg, cut2.jpg left out: the same photographs, smaller or cut" in told[0]
+    assert "edited0.jpg, edited1.jpg, edited2.jpg left out: no exposure times" in told[1]
+    assert choice.of_the_ball([other]) == ([other], [])
 
 
 # ---------------------------------------------------------------- where they may be dropped

@@ -113,7 +113,7 @@ def test_escape_stops_at_the_next_step_and_puts_back(operator, context, in_threa
 
 def test_a_job_can_say_what_its_stop_leaves(operator, context):
     steps = operator()
-    steps.after_stop = ". Press again"
+    steps.after_stop = "Press again"
     assert driven(steps, context, [TIMER, ESC, *[TIMER] * 100]) == {"CANCELLED"}
     assert steps.reports == [({"INFO"}, "Steps stopped. Press again")]
 

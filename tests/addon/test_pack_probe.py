@@ -56,6 +56,21 @@ def test_every_file_is_packed_byte_by_byte(alone, tmp_path):
     assert not [image.name for image in bpy.data.images if image.name.startswith("Spectral Probe File")]
 
 
+def test_saving_without_the_probe_keeps_the_earlier_copy(project, tmp_path, in_extension):
+    """Its disk may be gone, or its folder another one where nothing was built yet."""
+    settings = bpy.context.scene.spectral_probe
+    packed = [item.digest for item in settings.packed.files]
+    settings.packed.outdated = True
+    of_session = in_extension("operators.bridge.packed_probe").temporary_folder(settings)
+    shutil.rmtree(of_session, ignore_errors=True)  # another test's
+    shutil.move(project / "probe", tmp_path / "away")
+    bpy.ops.wm.save_mainfile()
+    assert [item.digest for item in settings.packed.files] == packed
+    assert settings.packed.outdated, "the next time that the probe is there it is packed"
+    bpy.ops.wm.open_mainfile(filepath=str(project / "scene.blend"))
+    assert [item.digest for item in bpy.context.scene.spectral_probe.packed.files] == packed
+
+
 def test_the_world_is_packed_and_shares_its_bytes(project):
     files = {item.name: item for item in bpy.context.scene.spectral_probe.packed.files}
     shown = next(

@@ -210,8 +210,8 @@ def test_the_mouse_finds_the_direction_whatever_lies_below_the_panorama(in_exten
     module = in_extension("operators.bridge.panorama_image")
     zoom, left, bottom = 2.5, 40.0, -30.0
 
-    def region_to_view(x, y):
-        return (x - left) / (200 * zoom), (y - bottom) / (120 * zoom)
+    def region_to_view(x, y):  # as Blender: what it draws at the region's edge lies at the last pixel's index
+        return (x * 640 / 639 - left) / (200 * zoom), (y * 480 / 479 - bottom) / (120 * zoom)
 
     region = SimpleNamespace(width=640, height=480, view2d=SimpleNamespace(region_to_view=region_to_view))
     view = module.view_in(region, SimpleNamespace(size=(200, 120)))

@@ -49,12 +49,14 @@ def test_a_full_copy_does_not_replace_the_render(project, folders):
 
 
 @pytest.mark.usefixtures("project")
-def test_the_render_button_says_it(scene):
+@pytest.mark.parametrize("button", ["render_spectral", "render_animation", "render_and_compare"])
+def test_the_render_buttons_say_it(scene, button):
     scene.spectral_probe.light = "WORLD"
     bpy.ops.scene.new(type="FULL_COPY")
-    bpy.context.scene.render.engine = "CYCLES"
+    copy = bpy.context.scene
+    copy.render.engine, copy.render.resolution_x, copy.render.resolution_y = "CYCLES", 8, 8
     with pytest.raises(RuntimeError, match="Choose another folder, or press Own Folder"):
-        ops.render_spectral()
+        getattr(ops, button)()
 
 
 @pytest.mark.usefixtures("project")

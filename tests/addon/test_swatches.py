@@ -17,11 +17,15 @@ def material():
 
 @pytest.fixture(scope="module")
 def shelf(in_extension):
-    """The swatches under FL11, computed once for all."""
+    """The swatches under FL11, computed once for all; of the pages, which the core's tests read all, those searched for here."""
     bpy.ops.wm.read_homefile(use_empty=False, use_factory_startup=True)
     settings = bpy.context.scene.spectral_probe.swatches
     settings.light, settings.lamp = "LAMP", "FL11"
-    assert bpy.ops.spectral_probe.show_swatches() == {"FINISHED"}
+    swatches = in_extension("spectral_probe.spectra.swatches")
+    pages = [page for words in (["gold"], ["bk7"]) for page in swatches.search_pages(words)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(swatches, "search_pages", lambda _words: pages)
+        assert bpy.ops.spectral_probe.show_swatches() == {"FINISHED"}
     shelf = in_extension("operators.bridge.swatches").SwatchShelf
     yield shelf
     shelf.clear()

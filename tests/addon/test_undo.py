@@ -115,6 +115,7 @@ CASES = {
     "detect_ball": Case(captured),
     "find_files": Case(moved_photo, files=lambda folder: {"directory": str(folder / "found")}),
     "import_capture": Case(files=lambda folder: {"filepath": str(folder / "capture.toml")}),
+    "light_from_photographs": Case(captured),
     "light_world": Case(words={"normalise": False}),
     "make_paths": Case(words={"form": "ABSOLUTE"}),
     "own_render_folder": Case(),
@@ -136,6 +137,10 @@ CASES = {
 }
 
 NOT_WALKED = {
+    "add_asset_library": "changes the preferences, not the file",
+    "copy_report": "fills the clipboard",
+    "remove_asset_library": "changes the preferences, not the file",
+    "render_and_compare": "as render_spectral, and keeps numbers as show_spectrum does",
     "calibrate": "needs photographs of a board; sets fields as import_capture does",
     "choose_lamp": "as choose_glass",
     "edit_outline": "a tool of the window: tests/window walks it",

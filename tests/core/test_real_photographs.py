@@ -10,6 +10,8 @@ from spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSett
 from spectral_probe.probe import build_probe
 
 CHROME = BallSettings(0.05, "chrome")
+WIDTH = 256
+"""Of the panoramas: what is checked is the ball, the exposures and the poses, all found in the photographs themselves."""
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +33,7 @@ def test_living_room_whole_frames(photos):
     """Three exposures from a tripod with EXIF; the ball is 145 pixels across."""
     folder = photos / "bracket_a6400_livingroom"
     view = ViewSettings(tuple(folder / f"raw{number}.jpg" for number in (1, 2, 3)))
-    probe = check(finish(build_probe(Capture((view,), ball=CHROME), 512)), [72.5])
+    probe = check(finish(build_probe(Capture((view,), ball=CHROME), WIDTH)), [72.5])
     assert "EXIF" in probe.report["views"][0]["focal_source"]
     assert probe.report["views"][0]["clipped_fraction"] < 0.02
 
@@ -43,16 +45,16 @@ def test_living_room_crops(photos):
         tuple(folder / f"rec{number}.jpg" for number in (1, 2, 3)), exposures_s=(1 / 10, 1 / 40, 1 / 160)
     )
     camera = CameraSettings(focal_px=(1264.0, 1264.0), principal_px=(67.6, 23.0))
-    check(finish(build_probe(Capture((view,), camera, CHROME), 512)), [73.0])
+    check(finish(build_probe(Capture((view,), camera, CHROME), WIDTH)), [73.0])
 
 
 def test_office_crops_of_different_sizes(photos):
-    """Eleven exposures, cropped by hand: no two of one size."""
+    """Five of eleven exposures, cropped by hand: no two of one size."""
     folder = photos / "bracket_a6000_office"
-    times = (20, 40, 80, 160, 250, 320, 640, 1250, 2000, 3200, 4000)
+    times = (20, 80, 320, 1250, 4000)
     view = ViewSettings(tuple(folder / f"cp_t{time}.jpg" for time in times))
     camera = CameraSettings(focal_px=(4085.0, 4085.0), principal_px=(577.0, 894.0))
-    probe = check(finish(build_probe(Capture((view,), camera, CHROME), 512)), [718.0])
+    probe = check(finish(build_probe(Capture((view,), camera, CHROME), WIDTH)), [718.0])
     assert probe.report["views"][0]["clipped_fraction"] < 0.01
     assert 5.0 < probe.report["views"][0]["distance_m"] / 0.05 < 6.6
     assert (
@@ -64,8 +66,8 @@ def test_office_crops_of_different_sizes(photos):
 
 def test_office_whole_frames(photos):
     folder = photos / "bracket_a6000_office"
-    view = ViewSettings(tuple(folder / f"t{time}.JPG" for time in (20, 80, 320, 4000)))
-    probe = check(finish(build_probe(Capture((view,), ball=CHROME), 512)), [716.5])
+    view = ViewSettings(tuple(folder / f"t{time}.JPG" for time in (20, 320, 4000)))
+    probe = check(finish(build_probe(Capture((view,), ball=CHROME), WIDTH)), [716.5])
     assert probe.report["views"][0]["centre_px"] == pytest.approx([3164, 1828], abs=9)
 
 
@@ -91,8 +93,8 @@ def lobby_views(photos, count):
 
 def test_lobby_views_agree_with_each_other(photos):
     """Views from all around the ball, merged; poses come from the background alone and are up to 3 degrees off."""
-    capture, radii = lobby_views(photos, 6)
-    probe = check(finish(build_probe(capture, 512)), radii)
+    capture, radii = lobby_views(photos, 5)
+    probe = check(finish(build_probe(capture, WIDTH)), radii)
     assert probe.report["blind_fraction"] < 0.03
     views = probe.report["views"]
     assert all(view["registered"] for view in views)

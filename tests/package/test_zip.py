@@ -16,6 +16,7 @@ PRODUCT = re.compile(
     | (operators|panels|settings)/[\w/]+\.py
     | spectral_probe/[\w/]+\.py
     | spectral_probe/data/([\w-]+/)*[^./][^/]*\.(csv|toml|json|npz|txt)
+    | translations/((__init__|in_window|po|templates)\.py | [a-z]{2,3}(_[A-Z]{2})?\.po)
     | assets/[^/]+\.(blend|cats\.txt)
     | sample_scenes/(?!.*/\.).*\.(dng|toml|csv|json|exr|tif|png|jpg|blend|md|txt)
     | presets/spectral_probe/(capture|lamps|render)/[\w,-]+\.toml

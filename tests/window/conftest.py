@@ -39,7 +39,18 @@ collect_ignore = ["driver.py", "scenarios"]  # they run in Blender
 
 HERE = Path(__file__).resolve().parent
 EXTENSION_FOLDER = Path("extensions", "user_default", "spectral_probe")
-PRODUCT_FOLDERS = ("operators", "panels", "settings", "spectral_probe", "sample_scenes", "assets", "presets")
+PRODUCT_FOLDERS = (
+    *(
+        "operators",
+        "panels",
+        "settings",
+        "spectral_probe",
+        "sample_scenes",
+        "assets",
+        "presets",
+        "translations",
+    ),
+)
 LIMIT_S = 295
 SIGNS_OF_A_DEFECT = ("Traceback (most recent call last)", "Python script error in", "Segmentation fault")
 

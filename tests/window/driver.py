@@ -275,6 +275,23 @@ class Window:
             "reports": self.reports(),
         }
         (self.folder / "result.json").write_text(json.dumps(result, indent=1), "utf-8")
+        table = self.table()
+        (self.folder / "steps.txt").write_text(table, "utf-8")
+        sys.stdout.write(table)
+
+    def table(self) -> str:
+        """The steps, and the jobs that ran in them, in lines for people to read."""
+        lines = [f"{'step':<28}{'seconds':>10}{'longest gap':>14}"]
+        lines += [
+            f"{name:<28}{seconds:>10.2f}{self.freezes_s[name]:>14.2f}"
+            for name, seconds in self.seconds.items()
+        ]
+        lines += ["", f"{'job':<48}{'longest step of ours, ms':>26}"]
+        lines += [
+            f"{report.name:<48}{1000 * report.longest_step_s:>26.0f}"
+            for report in getattr(bpy.context.window_manager, "spectral_probe_reports", ())
+        ]
+        return "\n".join([*lines, ""])
 
 
 def start(scenario: Path, folder: Path, words: list[str]) -> None:

@@ -17,15 +17,16 @@ def gym(project_root, tmp_path):
 
 
 def test_from_the_zip_to_the_comparison(clean_scenario, extension_zip, gym):
-    outcome = clean_scenario("first_profile", extension_zip, gym / "capture.toml")
+    outcome = clean_scenario("first_profile", extension_zip, gym)
     results = outcome.results
     assert results["views"] == [3, 3, 3]
     assert max(results["outline_rms_px"]) < 0.5
     assert 0 < results["blind_fraction"] < 0.05
-    assert {"Camera"} < set(results["objects"])
-    assert "Cube" not in results["objects"]
-    assert len(results["objects"]) == 4
+    assert results["shading"] == "MATERIAL", "the light is seen"
+    assert results["objects"] == ["Camera", "Copper Ball", "Gold Pedestal", "Silver Ball"]
+    assert all(results["clicked"].values()), "the buttons are where the guide has them"
     assert results["passes"] >= 1
     assert 0 < results["mean_de2000"] < 50
+    assert "photographs_to_light" in (outcome.folder / "steps.txt").read_text("utf-8")
     assert (gym / "probe" / "spectral.exr").is_file()
     assert (gym / "render" / "comparison" / "sheet.png").is_file()
