@@ -310,7 +310,7 @@ def off_state():
         "properties": [
             owner.__name__
             for owner in (bpy.types.Scene, bpy.types.Material, bpy.types.Light, bpy.types.WindowManager)
-            if any("spectral_probe" in key for key in owner.bl_rna.properties.keys())
+            if any("spectral_probe" in prop.identifier for prop in owner.bl_rna.properties)
         ],
     }
 
