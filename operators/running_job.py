@@ -1,7 +1,7 @@
 """The job that goes on while Blender's window lives: one step after another, its work in a thread, its renders as Blender's.
 
-One at a time. Undo, saving, quitting and switching the extension off end it first, and Blender itself ends it where another
-file is opened or the window closed (`JobOperator.cancel`): its scene is put back before anything else happens.
+One at a time. Undo, saving and switching the extension off end it first, and Blender itself ends it where another file is
+opened or a window closed (`JobOperator.cancel`): its scene is put back before anything else happens.
 """
 
 from __future__ import annotations

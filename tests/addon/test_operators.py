@@ -77,10 +77,10 @@ def test_import_fills_the_settings(imported, capture_file, in_extension):
 def test_a_folder_that_cannot_be_written_to_is_refused_at_once(imported, tmp_path, verb):
     (tmp_path / "file").write_text("not a folder")
     imported.probe_directory = str(tmp_path / "file" / "probe")
-    with pytest.raises(RuntimeError, match="is a file, not a folder. Choose another folder to write to."):
+    with pytest.raises(RuntimeError, match="is a file, not a folder"):
         getattr(ops, verb)()
     imported.probe_directory = "//probe"
-    with pytest.raises(RuntimeError, match="Save the .blend first, or choose a probe folder"):
+    with pytest.raises(RuntimeError, match=r"Save the \.blend first"):
         getattr(ops, verb)()
 
 
@@ -89,7 +89,7 @@ def test_a_render_into_a_file_is_refused_at_once(imported, scene, tmp_path):
     scene.render.engine = "CYCLES"
     imported.light, imported.render_directory = "WORLD", str(tmp_path / "file" / "render")
     for verb in (ops.render_spectral, ops.render_and_compare):
-        with pytest.raises(RuntimeError, match="is a file, not a folder. Choose another folder to write to."):
+        with pytest.raises(RuntimeError, match="is a file, not a folder"):
             verb()
 
 

@@ -46,10 +46,10 @@ def fresh(ui):
     scene.render.resolution_x, scene.render.resolution_y = 96, 64
     scene.spectral_probe.samples = 64
     bpy.context.preferences.view.show_splash = False
-    ui.state = state(ui)
+    ui.state = state()
 
 
-def state(ui):
+def state():
     """What must be the same after a job that was stopped."""
     return {
         "data": {kind: {each.name for each in getattr(bpy.data, kind)} - NOT_OURS for kind in TEMPORARY},
@@ -73,7 +73,7 @@ def state(ui):
 
 def left_behind(ui):
     """What is there that was not before."""
-    after = state(ui)
+    after = state()
     found = {}
     for kind, names in after["data"].items():
         new = sorted(names - ui.state["data"][kind])
@@ -157,13 +157,13 @@ def small_probe(ui):
 # ---------------------------------------------------------------- what happens meanwhile
 
 
-def remove_images(ui):
+def remove_images(_ui):
     for image in list(bpy.data.images):
         if image.name not in NOT_OURS:
             bpy.data.images.remove(image)
 
 
-def remove_world(ui):
+def remove_world(_ui):
     for world in list(bpy.data.worlds):
         bpy.data.worlds.remove(world)
 
@@ -172,13 +172,13 @@ def remove_camera(ui):
     bpy.data.objects.remove(ui.scene.camera)
 
 
-def remove_objects(ui):
+def remove_objects(_ui):
     for thing in list(bpy.data.objects):
         if thing.type != "CAMERA":
             bpy.data.objects.remove(thing)
 
 
-def remove_materials(ui):
+def remove_materials(_ui):
     for material in list(bpy.data.materials):
         bpy.data.materials.remove(material)
 
@@ -279,7 +279,7 @@ def off_during(start):
         yield from start(ui)
         switched(ui, False)
         yield 0.3
-        ui.results[name] = {"off": off_state(ui), "data": left_behind(ui)}
+        ui.results[name] = {"off": off_state(), "data": left_behind(ui)}
         ui.shot(name)
         yield from ui.key("ESC", "PROPERTIES")
         switched(ui, True)
@@ -288,13 +288,13 @@ def off_during(start):
     return case
 
 
-def off_state(ui):
+def off_state():
     """What of ours Blender still knows."""
-    handlers = state(ui)["handlers"]
+    handlers = state()["handlers"]
     return {
         "handlers": [one for each in handlers.values() for one in each if EXTENSION in one],
         "types": [name for name in dir(bpy.types) if name.startswith("SPECTRAL_PROBE_")],
-        "modal": state(ui)["modal"],
+        "modal": state()["modal"],
         "menus": [
             f"{kind}: {one.__module__}"
             for kind in dir(bpy.types)
@@ -310,7 +310,7 @@ def off_state(ui):
         "properties": [
             owner.__name__
             for owner in (bpy.types.Scene, bpy.types.Material, bpy.types.Light, bpy.types.WindowManager)
-            if any("spectral_probe" in key for key in owner.bl_rna.properties.keys())
+            if any("spectral_probe" in prop.identifier for prop in owner.bl_rna.properties)
         ],
     }
 
@@ -320,7 +320,7 @@ def off_and_on(ui):
     for _ in range(3):
         switched(ui, False)
         yield 0.3
-        seen.append(off_state(ui))
+        seen.append(off_state())
         switched(ui, True)
         yield 0.3
     ui.results["off_and_on"] = {"off": seen}
@@ -346,8 +346,8 @@ def drag_handle(ui):
     yield 0.1
     for step in (10, 20):
         yield from ui.move(x + step, y)
-    ui.results["dragged"] = state(ui)["modal"], list(view.outline_px)
-    ui.state = {**state(ui), "modal": []}
+    ui.results["dragged"] = state()["modal"], list(view.outline_px)
+    ui.state = {**state(), "modal": []}
 
 
 def draw_region(ui):
@@ -365,8 +365,8 @@ def draw_region(ui):
     region = ui.region("IMAGE_EDITOR")
     for share in (0.45, 0.55):
         yield from ui.click(region.x + int(share * region.width), region.y + region.height // 2)
-    ui.results["drawn"] = state(ui)["modal"], ui.scene.spectral_probe.region.polygon
-    ui.state = {**state(ui), "modal": []}
+    ui.results["drawn"] = state()["modal"], ui.scene.spectral_probe.region.polygon
+    ui.state = {**state(), "modal": []}
 
 
 def off_during_drag(ui):
