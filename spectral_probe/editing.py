@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
@@ -154,7 +154,7 @@ class EditedLight:
 
     directory: Path
     edits: list[Numbers]
-    panorama: SpectralPanorama
+    panorama: SpectralPanorama = field(compare=False)
 
 
 def edit_light(

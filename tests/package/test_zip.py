@@ -57,6 +57,7 @@ def test_it_holds_all_of_the_code(names, project_root):
     code = {file.name for file in project_root.glob("*.py")} - {"run.py"}
     for folder in ("spectral_probe", "operators", "panels", "settings"):
         code |= {file.relative_to(project_root).as_posix() for file in (project_root / folder).rglob("*.py")}
+    code |= {f"translations/{name}.py" for name in ("__init__", "in_window", "po", "templates")}
     assert {name for name in names if name.endswith(".py")} == code
 
 

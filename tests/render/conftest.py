@@ -200,3 +200,15 @@ def _render_groups(scene: Any, directory: Path) -> dict[str, Any]:
     layer = scene.view_layers[0].name
     names = {name.split(".")[1] for name in channels if name.startswith(f"{layer}.Combined")}
     return {name: np.stack([channels[f"{layer}.{name}.{c}"].pixels for c in "RGB"], -1) for name in names}
+
+
+@pytest.fixture(scope="session")
+def go_on():
+    """Let a job go on until it has told so many different things: planning, then one before each render."""
+
+    def run(job, count):
+        told = set()
+        while len(told) < count:
+            told.add(next(job).message)
+
+    return run

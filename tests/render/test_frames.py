@@ -41,10 +41,9 @@ def test_an_animation(small, extension, planner, tmp_path):
     assert [result.steps_kept for result in again] == [len(result.passes) for result in again]
 
 
-def test_the_frame_comes_back_when_stopped(small, extension, planner, tmp_path):
+def test_the_frame_comes_back_when_stopped(small, extension, planner, go_on, tmp_path):
     job = extension("operators.bridge.frames").render_frames(small, planner, tmp_path, (1, 3))
-    for _ in range(3):
-        next(job)
+    go_on(job, 3)
     assert small.frame_current == 1
     job.close()
     assert small.frame_current == 2

@@ -70,7 +70,9 @@ def photograph(table, extension, light, tmp_path):
             world = extension("operators.bridge.world").temporary_light(table, *rgb.shape[:2])
             stack.enter_context(world)(rgb)
             settings.set_samples(PHOTO_SAMPLES, 0, PHOTO_SAMPLES)
-            render_to(tmp_path / name, ["world"], False)
+            model = extension("spectral_probe.model")
+            progress = model.Progress(0.0, "The photograph")
+            model.finish(render_to(progress, tmp_path / name, ["world"], False))
         return extension("spectral_probe.render.pass_folder").read_pass(tmp_path / name).groups["world"]
 
     return take

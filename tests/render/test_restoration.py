@@ -190,11 +190,10 @@ def test_after_success(furnished, bridge, extension, uniform_light, tmp_path, pa
     assert [layer.name for layer in furnished.view_layers] == list(result.layers)
 
 
-def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, tmp_path, monkeypatch):
+def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, go_on, tmp_path, monkeypatch):
     before = everything(furnished)
     job = bridge.spectral_render(furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=3)
-    for _ in range(3):
-        next(job)
+    go_on(job, 3)
     monkeypatch.setattr(bridge, "sequence_samples", None)  # an error no one foresaw
     with pytest.raises(TypeError):
         for _ in job:
@@ -203,11 +202,10 @@ def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, tmp_path
 
 
 @pytest.mark.parametrize("steps", [1, 3, 6])  # the last in the part without the objects
-def test_after_closing_early(furnished, bridge, uniform_light, tmp_path, steps):
+def test_after_closing_early(furnished, bridge, uniform_light, go_on, tmp_path, steps):
     before = everything(furnished)
     job = bridge.spectral_render(furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=3)
-    for _ in range(steps):
-        next(job)
+    go_on(job, steps)
     job.close()
     assert differences(before, everything(furnished)) == []
     assert not (tmp_path / "image.exr").exists()

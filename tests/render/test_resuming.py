@@ -23,7 +23,7 @@ def plain(scene, ball):
 
 
 @pytest.fixture
-def render(scene, bridge, extension, uniform_light, tmp_path):
+def render(scene, bridge, extension, uniform_light, go_on, tmp_path):
     """Render to the end, or some steps of the job; the result, or None."""
 
     def run(steps=None, **words):
@@ -32,8 +32,7 @@ def render(scene, bridge, extension, uniform_light, tmp_path):
         )
         if steps is None:
             return extension("spectral_probe.model").finish(job)
-        for _ in range(steps):
-            next(job)
+        go_on(job, steps)
         job.close()
         return None
 
@@ -208,8 +207,10 @@ KILLED = """
     print("fingerprint", fingerprint(bpy.context.scene))
     job = cycles.spectral_render(bpy.context.scene, panorama, None, __import__("pathlib").Path(out),
                                  samples=8, passes=3, rgb_twin=False)
-    for number, _ in enumerate(job):
-        if number == int(after):
+    told = set()
+    for progress in job:
+        told.add(progress.message)
+        if len(told) == int(after):
             sys.stdout.flush()
             os.kill(os.getpid(), signal.SIGKILL)
 """
@@ -221,7 +222,7 @@ def test_killed_and_opened_again(render, extension, project_root, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True)
     before = blend.read_bytes()
 
-    words = [str(project_root), str(blend), str(tmp_path / "out"), "3"]
+    words = [str(project_root), str(blend), str(tmp_path / "out"), "4"]
     killed = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(KILLED), *words],
         capture_output=True,
