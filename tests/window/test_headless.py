@@ -49,7 +49,7 @@ def blender(request: pytest.FixtureRequest, project_root: Path) -> Blender:
 def gym(project_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("gym")
     source = project_root / "sample_scenes" / "gym"
-    for file in [*source.glob("*.dng"), source / "capture.toml", source / "plate.jpg"]:
+    for file in [*source.glob("*.dng"), source / "capture.toml"]:
         shutil.copy(file, folder)
     (folder / "region.json").write_text(REGION)
     return folder
@@ -71,7 +71,7 @@ def test_every_verb_from_photographs_to_the_composite(blender: Blender, gym: Pat
         "backplate",
         probe,
         "--plate",
-        gym / "plate.jpg",
+        gym / "view0_1.dng",
         "-o",
         scene,
         "--object",

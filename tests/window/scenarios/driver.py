@@ -25,7 +25,7 @@ def steps(ui):
     ui.results["polls again"] = ui.polls("spectral_probe.use_cycles")
     ui.results["error"] = ui.error_of("spectral_probe.import_capture", "EXEC_DEFAULT", filepath="/none.toml")
     ui.drop([ui.words[0]], "VIEW_3D")
-    yield 0.3
+    yield from ui.wait_job()
     ui.results["views dropped"] = len(ui.scene.spectral_probe.views)
     with ui.step("frozen"):
         yield 0.1
