@@ -1,7 +1,5 @@
 """What every operator of the extension shares: an error the user can put right becomes a report."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import ClassVar
 

@@ -4,8 +4,6 @@ ESC stops a job at its next step, and a render at once; closing the generator ru
 that touch no Blender data run in a thread, renders as Blender's own render job (`running_job`): the window stays alive.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
