@@ -5,7 +5,8 @@ Usage, from the repository, on a machine that does nothing else (the scene is wh
     .venv/bin/python benchmarks/panels.py SCENE.blend [--draws 200]
 
 Each panel's `draw` is called with a real layout as often as asked, in turn with all others. Prints one JSON object: milliseconds
-by panel, median and 95th percentile, the slowest first; and the panels that this scene does not show. What Blender does with the
+by panel, median and 95th percentile, the slowest first; and the panels that this scene does not show. Menus of presets, which Blender draws,
+are left out. What Blender does with the
 finished layout (placing and painting the widgets, in C++) is not in it.
 """
 
@@ -92,8 +93,8 @@ def main() -> None:
         enable(Path(folder))
         bpy.ops.wm.open_mainfile(filepath=str(arguments.scene.resolve()))
         names = sorted(name for name in dir(bpy.types) if name.startswith("SPECTRAL_PROBE_PT_"))
-        panels = {name: getattr(bpy.types, name) for name in names}
-        times_s: dict[str, list[float]] = {name: [] for name in names}
+        panels = {name: getattr(bpy.types, name) for name in names if not name.endswith("_presets")}
+        times_s: dict[str, list[float]] = {name: [] for name in panels}
         for draw in range(arguments.draws + _UNCOUNTED):
             for name, panel in panels.items():
                 seconds = draw_s(panel)
