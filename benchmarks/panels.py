@@ -5,9 +5,9 @@ Usage, from the repository, on a machine that does nothing else (the scene is wh
     .venv/bin/python benchmarks/panels.py SCENE.blend [--draws 200]
 
 Each panel's `draw` is called with a real layout as often as asked, in turn with all others. Prints one JSON object: milliseconds
-by panel, median and 95th percentile, the slowest first; and the panels that this scene does not show. Menus of presets, which Blender draws,
-are left out. What Blender does with the
-finished layout (placing and painting the widgets, in C++) is not in it.
+by panel, median and 95th percentile, the slowest first; and the panels that this scene or its window does not show. Menus of
+presets, which Blender draws, are left out. What Blender does with the finished layout (placing and painting the widgets, in
+C++) is not in it.
 """
 
 from __future__ import annotations
@@ -58,10 +58,10 @@ def draw_s(panel: Any) -> float | None:
     context = bpy.context
     window = context.window_manager.windows[0]
     area = next((area for area in window.screen.areas if area.type == panel.bl_space_type), None)
-    place = {"window": window}
-    if area is not None:
-        region = next((region for region in area.regions if region.type == panel.bl_region_type), None)
-        place |= {"area": area} | ({} if region is None else {"region": region})
+    if area is None:
+        return None
+    region = next((region for region in area.regions if region.type == panel.bl_region_type), None)
+    place = {"window": window, "area": area} | ({} if region is None else {"region": region})
     material = next(iter(bpy.data.materials), None)
     light = next(iter(bpy.data.lights), None)
     with context.temp_override(**place, material=material, light=light):
