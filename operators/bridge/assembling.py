@@ -4,20 +4,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ...spectral_probe.composite_model import BACKPLATE_NAME, OBJECTS_NAME
-from ...spectral_probe.files.atomic import UNFINISHED
 from ...spectral_probe.files.objects_exr import write_objects
 from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.assemble import assemble
-from ...spectral_probe.render.outputs import OutputSettings, bands_wanted, write_outputs, write_rgb_twin
 from ...spectral_probe.render.frame_record import FrameRecord
 from ...spectral_probe.render.frame_steps import TWIN_STEP
+from ...spectral_probe.render.outputs import OutputSettings, bands_wanted, write_outputs, write_rgb_twin
 from ...spectral_probe.render.pass_folder import PassFolder, read_pass
 from ...spectral_probe.render_model import WORLD, PassImage, PassPlan, RenderStep
 from ...spectral_probe.spectra.working_space import working_space
@@ -33,13 +31,16 @@ PLAN_NAME = "plan.json"
 _PICTURES = ("xyz", "image", "render", "rgb", "swappable", "spectral", "objects")
 
 
+def picture_names(view_layers: Sequence[str]) -> list[str]:
+    """Names of the files that a render of these view layers may leave beside its passes and plan."""
+    layers = [f"{picture}{suffix}.exr" for suffix in layer_suffixes(view_layers) for picture in _PICTURES]
+    return [REPORT_NAME, BACKPLATE_NAME, "swaps.json", *layers]
+
+
 def remove_pictures(directory: Path, view_layers: Sequence[str]) -> None:
     """Remove the files of an earlier render of these view layers, lest they be taken for those of this one."""
-    for name in (REPORT_NAME, BACKPLATE_NAME, "swaps.json"):
+    for name in picture_names(view_layers):
         (directory / name).unlink(missing_ok=True)
-    for suffix in layer_suffixes(view_layers):
-        for picture in _PICTURES:
-            (directory / f"{picture}{suffix}.exr").unlink(missing_ok=True)
 
 
 def write_pictures(
@@ -65,13 +66,17 @@ def write_pictures(
         if settings.denoise:
             denoise = replace(progress, message="Denoising")
             smooth = yield from denoising(denoise, assembled.xyz, assembled.guide)
-        with TemporaryDirectory(prefix=UNFINISHED, dir=directory) as temporary:
-            write = partial(
-                write_outputs, Path(temporary), plan, assembled, settings, space=space, denoised_xyz=smooth
-            )
-            files = yield from worked(progress, write)
-            for path in files.values():
-                path.replace(directory / f"{path.stem}{suffix}{path.suffix}")
+        write = partial(
+            write_outputs,
+            directory,
+            plan,
+            assembled,
+            settings,
+            space=space,
+            denoised_xyz=smooth,
+            suffix=suffix,
+        )
+        yield from worked(progress, write)
 
 
 def write_twin(

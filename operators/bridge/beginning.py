@@ -6,7 +6,7 @@ begun, and other processes may render any of its steps.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -14,12 +14,12 @@ import bpy
 
 from ...spectral_probe.composite.backplate_file import backplate_table
 from ...spectral_probe.composite_model import WITHOUT_NAME
-from ...spectral_probe.files.atomic import written_whole
+from ...spectral_probe.files.atomic import remove_leftovers, written_whole
 from ...spectral_probe.light_choice import mean_light
 from ...spectral_probe.model import Job, Progress, SpectralPanorama
 from ...spectral_probe.render.frame_record import FrameRecord
 from ...spectral_probe.render.outputs import OutputSettings
-from ...spectral_probe.render.pass_folder import INDEX_NAME, PassFolder, digest_of, open_pass_folder, remove_unfinished
+from ...spectral_probe.render.pass_folder import INDEX_NAME, PassFolder, digest_of, open_pass_folder
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
 from ...spectral_probe.render_model import PassPlan
 from ...spectral_probe.work import worked
@@ -50,7 +50,7 @@ class FrameWords:
     """
 
     rgb_twin: bool = True
-    outputs: OutputSettings = OutputSettings()
+    outputs: OutputSettings = field(default_factory=OutputSettings)
     on_change: OnChange = "refuse"
     words: tuple[str, ...] = ()
 
@@ -87,7 +87,6 @@ def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: Fram
         level = earlier.record.twin_level or record.twin_level
         record = replace(record, samples=earlier.record.samples, twin_level=level if words.rgb_twin else None)
         whole = replace(earlier, record=record)
-        remove_unfinished(directory)
         remove_pictures(directory, earlier.view_layers)
     folders = [whole]
     if record.without:
@@ -95,6 +94,7 @@ def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: Fram
     else:
         remove_part(directory / WITHOUT_NAME)
     for folder in reversed(folders):
+        remove_leftovers(folder.directory)
         folder.write_index()
     return Frame(scene, planner, made.plan, parts_of(folders, found), found)
 
@@ -193,12 +193,10 @@ def _record(
         backplates=(whole, cropped),
         frame_px=rendered_size(scene),
         outputs=words.outputs,
-        warnings=tuple(
-            [
-                *left_out(scene),
-                *(volume_left_out(scene.world) if probe is not None else ()),
-                *found.warnings,
-            ]
+        warnings=(
+            *left_out(scene),
+            *(volume_left_out(scene.world) if probe is not None else ()),
+            *found.warnings,
         ),
         words=words.words,
     )
@@ -219,7 +217,6 @@ def _begin_anew(
     passes = directory / "passes"
     earlier = open_pass_folder(passes)
     (passes / INDEX_NAME).unlink(missing_ok=True)  # first: without it nothing counts
-    remove_unfinished(directory)
     for view_layers in (() if earlier is None else earlier.view_layers, layers):
         remove_pictures(directory, view_layers)
     save_plan(plan, directory / PLAN_NAME)
@@ -234,7 +231,6 @@ def _without(whole: PassFolder, *, anew: bool, keep: bool) -> PassFolder:
     alone = frame / WITHOUT_NAME
     folder = of_without(whole)
     before = begun_folder(alone)
-    remove_unfinished(alone)
     for view_layers in (() if before is None else before.view_layers, whole.view_layers):
         remove_pictures(alone, view_layers)
     if anew or before is None or (before.fingerprint, before.plan) != (folder.fingerprint, folder.plan):

@@ -9,18 +9,26 @@ from pathlib import Path
 
 from ...spectral_probe.composite_model import OBJECTS_NAME
 from ...spectral_probe.errors import RenderError
+from ...spectral_probe.files.atomic import written_together
 from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.frame_record import FrameRecord
-from ...spectral_probe.render.frame_steps import TWIN_STEP, FrameStep, frame_folder, frame_steps
+from ...spectral_probe.render.frame_steps import TWIN_STEP, FrameStep, frame_steps
 from ...spectral_probe.render.outputs import OutputSettings
-from ...spectral_probe.render.pass_folder import FinishedStep, PassFolder, matte_steps, read_pass, render_steps
+from ...spectral_probe.render.pass_folder import (
+    FinishedStep,
+    PassFolder,
+    matte_steps,
+    read_pass,
+    render_steps,
+)
 from ...spectral_probe.render.plan_file import load_plan
+from ...spectral_probe.render.share import frame_folder
 from ...spectral_probe.render_model import WORLD, PassPlan
 from ...spectral_probe.work import worked
-from .assembling import PLAN_NAME, remove_pictures, write_objects_of, write_pictures, write_twin
+from .assembling import PLAN_NAME, picture_names, write_objects_of, write_pictures, write_twin
 from .backplate import write_backplate
 from .parts import of_without
-from .render_report import SpectralRender, blend_of_part, write_report
+from .render_report import REPORT_NAME, SpectralRender, blend_of_part, write_report
 from .resuming import begun_folder
 
 _NAMED = 6
@@ -29,7 +37,7 @@ _NAMED = 6
 def combine(
     directory: Path,
     *,
-    outputs: OutputSettings | None = None,
+    asked: OutputSettings | None = None,
     checked: Collection[str] = (),
     kept: Sequence[int] | None = None,
 ) -> Job[SpectralRender]:
@@ -39,8 +47,8 @@ def combine(
     ----------
     directory
         The frame's folder.
-    outputs
-        What is written, and how pictures are finished; None as was said when the frame was begun.
+    asked
+        What is written, and how pictures are finished, where that is not as was said when the frame was begun.
     checked
         Full names of steps whose files this process has just written, or found undamaged: they are not read twice.
     kept
@@ -65,9 +73,8 @@ def combine(
     missing = yield from worked(progress, partial(_missing, folders, steps, checked))
     if missing:
         raise RenderError(_missing_told(directory, record, missing, len(steps)))
-    for folder in folders:
-        remove_pictures(folder.directory.parent, folder.view_layers)
-    outputs, result = outputs or record.outputs, None
+    (directory / REPORT_NAME).unlink(missing_ok=True)  # until the frame is complete again
+    outputs, result = record.outputs_for(asked), None
     for number, folder in reversed(list(enumerate(folders))):
         done = None if kept is None else kept[number]
         result = yield from _put_together(folder, plan, directory, outputs, done, result)
@@ -89,8 +96,8 @@ def _missing_told(directory: Path, record: FrameRecord, missing: list[FrameStep]
     """Which steps are missing, and the command that renders them."""
     names = [step.full_name for step in missing]
     told = ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
-    which = "pass is" if len(names) == 1 else "passes are"
-    sentence = f"{len(names)} of {count} {which} missing or damaged in {directory}: {told}."
+    are = "is" if len(names) == 1 else "are"
+    sentence = f"{len(names)} of {count} passes {are} missing or damaged in {directory}: {told}."
     if not record.words:
         return f"{sentence} Render the scene again: finished passes are kept."
     words = [record.scene if record.blend is None else Path(record.blend).name, *record.words]
@@ -113,24 +120,41 @@ def _put_together(
     """Write the files of a part: of the whole frame, where `alone` is its part without virtual objects, or of that."""
     part, record = folder.directory.parent, folder.record
     whole = part == directory
-    asked = record.denoise if outputs.denoise is None else outputs.denoise
-    outputs = replace(outputs, denoise=asked and whole)  # no one looks at the other
+    outputs = replace(outputs, denoise=outputs.denoise and whole)  # no one looks at the other
     progress, start = Progress(1.0, "Putting the passes together"), time.perf_counter()
     yield progress
     steps = render_steps(plan, record.samples)
-    if record.twin_level is not None:
-        yield from write_twin(progress, folder, record.twin_level, outputs, part)
-    yield from write_pictures(progress, folder, plan, steps, outputs, part)
-    first = yield from worked(progress, partial(read_pass, folder.path(steps[0].name)))
-    height, width = first.groups[WORLD].shape[:2]
-    if whole:
-        yield from write_objects_of(progress, folder, matte_steps(plan, steps), part)
-        write_backplate(record, (width, height), part)
+    with written_together(part, last=REPORT_NAME, stale=picture_names(folder.view_layers)) as staging:
+        if record.twin_level is not None:
+            yield from write_twin(progress, folder, record.twin_level, outputs, staging)
+        yield from write_pictures(progress, folder, plan, steps, outputs, staging)
+        first = yield from worked(progress, partial(read_pass, folder.path(steps[0].name)))
+        height, width = first.groups[WORLD].shape[:2]
+        if whole:
+            yield from write_objects_of(progress, folder, matte_steps(plan, steps), staging)
+            write_backplate(record, (width, height), directory, staging)
+        result = _result(folder, plan, directory, kept, alone, time.perf_counter() - start)
+        blend = blend_of_part(record.blend, directory, part)
+        write_report(result, replace(record, blend=blend), (width, height), staging)
+    return result
+
+
+def _result(
+    folder: PassFolder,
+    plan: PassPlan,
+    directory: Path,
+    kept: int | None,
+    alone: SpectralRender | None,
+    seconds_assembly: float,
+) -> SpectralRender:
+    """What a part's files are, and what its steps took."""
+    part, record = folder.directory.parent, folder.record
+    whole, steps = part == directory, render_steps(plan, record.samples)
     entries = [_entry(folder, step.name) for step in steps]
     twin = _entry(folder, TWIN_STEP) if record.rgb_twin else None
     all_entries = [*entries, *([] if twin is None else [twin])]
     told = [*record.warnings, *beyond(plan), *(text for entry in all_entries for text in entry.warnings)]
-    result = SpectralRender(
+    return SpectralRender(
         xyz=part / "xyz.exr",
         image=part / "image.exr",
         rgb=None if twin is None else part / "rgb.exr",
@@ -140,7 +164,7 @@ def _put_together(
         samples=record.samples,
         seconds_spectral=sum(entry.seconds for entry in entries),
         seconds_rgb=None if twin is None else twin.seconds,
-        seconds_assembly=time.perf_counter() - start,
+        seconds_assembly=seconds_assembly,
         steps_kept=len(steps) if kept is None else kept,
         device="; ".join(dict.fromkeys(entry.device for entry in all_entries if entry.device)),
         warnings=tuple(dict.fromkeys([*told, *(() if alone is None else alone.warnings)])),
@@ -150,10 +174,6 @@ def _put_together(
         catchers=record.catchers if whole else (),
         virtual=record.virtual if whole else (),
     )
-    write_report(
-        result, replace(record, blend=blend_of_part(record.blend, directory, part)), (width, height)
-    )
-    return result
 
 
 def _entry(folder: PassFolder, name: str) -> FinishedStep:

@@ -1,8 +1,8 @@
 """The spectral render: a frame begun, its steps rendered, and put together, with the scene as it was afterwards.
 
 Every finished step is a file (`render.pass_folder`): a render that was stopped or killed goes on where it was, as long as
-the scene, the light and the settings are those it began with (`fingerprint`). Single steps of a frame can be rendered by processes
-of their own (`render_share`) and be put together by another (`combining`): by the same code, so the result is the same.
+the scene, the light and the settings are those it began with (`fingerprint`). Steps of a frame can be rendered by processes of
+their own (`pass_task`) and put together by another (`combining`): by the same code, so the result is the same.
 """
 
 from collections.abc import Mapping

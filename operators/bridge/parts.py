@@ -14,7 +14,7 @@ import bpy
 from ...spectral_probe.composite_model import WITHOUT_NAME
 from ...spectral_probe.render.frame_record import FrameRecord
 from ...spectral_probe.render.frame_steps import FrameStep, frame_steps
-from ...spectral_probe.render.pass_folder import INDEX_NAME, PassFolder, open_pass_folder, remove_unfinished
+from ...spectral_probe.render.pass_folder import INDEX_NAME, PassFolder, open_pass_folder
 from ...spectral_probe.render_model import PassPlan
 from .assembling import PLAN_NAME, remove_pictures
 from .catchers import Surfaces, without_virtual
@@ -25,8 +25,8 @@ from .planning import Planner
 class Part:
     """A render of the scene with or without its virtual objects.
 
-    `name` is "" or `WITHOUT_NAME`; `shown` makes the scene show what belongs to it while a block runs; `told` is what its messages
-    end with; `kept` are the passes that were finished before, and grow.
+    `name` is "" or `WITHOUT_NAME`; `shown` makes the scene show what belongs to it while a block runs; `told` is what its
+    messages end with; `kept` are the passes that were finished before, and grow.
     """
 
     name: str
@@ -102,7 +102,6 @@ def remove_part(alone: Path) -> None:
     if not (passes / INDEX_NAME).is_file():
         return
     earlier = open_pass_folder(passes)
-    remove_unfinished(alone)
     remove_pictures(alone, () if earlier is None else earlier.view_layers)
     (alone / PLAN_NAME).unlink(missing_ok=True)
     (passes / INDEX_NAME).unlink()

@@ -47,8 +47,10 @@ class SpectralRender:
     virtual: tuple[str, ...] = ()
 
 
-def write_report(result: SpectralRender, record: FrameRecord, size_px: tuple[int, int]) -> None:
-    """Write report.json, last of all files: where it is, the render is complete."""
+def write_report(
+    result: SpectralRender, record: FrameRecord, size_px: tuple[int, int], directory: Path
+) -> None:
+    """Write report.json into a folder, last of all files: where it is, the render is complete."""
     without = result.without
     report = {
         "seconds": {
@@ -78,7 +80,7 @@ def write_report(result: SpectralRender, record: FrameRecord, size_px: tuple[int
         "blender": record.blender,
         "warnings": list(result.warnings),
     }
-    with written_whole(result.xyz.with_name(REPORT_NAME)) as temporary:
+    with written_whole(directory / REPORT_NAME) as temporary:
         temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
 
 

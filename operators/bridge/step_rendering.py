@@ -17,7 +17,7 @@ from ...spectral_probe.render.pace import Pace, step_message
 from ...spectral_probe.render.pass_folder import matte_steps, render_steps, sequence_samples
 from ...spectral_probe.render_model import WORLD
 from ...spectral_probe.work import worked
-from .beginning import translated
+from .beginning import PLANNING, translated
 from .catchers import as_ordinary_surfaces
 from .light import LayerLight, Show, WavelengthLight, light_level, panorama_rec709, shown
 from .locks import waited_lock
@@ -91,7 +91,7 @@ def _passes(task: _Task, wanted: Sequence[FrameStep]) -> Job[list[FrameStep]]:
     """Render passes of the plan, those of a part after those of another."""
     frame, rendered = task.frame, list[FrameStep]()
     plan, probe = frame.plan, frame.planner.probe
-    progress = task.pace.progress("Preparing the passes")
+    progress = task.pace.progress(PLANNING)
     of_layers = plan.kind == "light-basis"
     level = plan.level  # the passes of a wavelength plan that there are were divided by it
     if of_layers:

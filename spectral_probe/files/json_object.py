@@ -66,11 +66,11 @@ def texts(value: Any) -> tuple[str, ...]:
 
 
 def sentences(value: Any) -> tuple[str, ...]:
-    """The values of a list of texts for people: each in one line, without anything that controls a terminal.
+    r"""The values of a list of texts for people: each in one line, without anything that controls a terminal.
 
     Examples
     --------
-    >>> sentences(["two\\nlines"])
+    >>> sentences(["two\nlines"])
     ('two lines',)
     """
     return tuple("".join(c if c.isprintable() else " " for c in one) for one in texts(value))

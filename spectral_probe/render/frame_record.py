@@ -85,6 +85,19 @@ class FrameRecord:
     warnings: tuple[str, ...]
     words: tuple[str, ...] = ()
 
+    def outputs_for(self, asked: OutputSettings | None = None) -> OutputSettings:
+        """What is written: as was said when the frame was begun, but for what is asked for now.
+
+        Pictures are denoised as the scene's render settings say where nobody does.
+        """
+        asked = asked or OutputSettings()
+        denoise = self.outputs.denoise if asked.denoise is None else asked.denoise
+        return OutputSettings(
+            spectral=asked.spectral or self.outputs.spectral,
+            white=asked.white or self.outputs.white,
+            denoise=self.denoise if denoise is None else denoise,
+        )
+
 
 def record_table(record: FrameRecord) -> dict[str, Any]:
     """A record as JSON can hold it."""

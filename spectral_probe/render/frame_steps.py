@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from ..composite_model import WITHOUT_NAME
 from ..errors import RenderError
 from ..render_model import PassPlan, RenderStep
 from .pass_folder import render_steps
+from .share import Share
 
 TWIN_STEP = "rgb"
 """Name of the step that is the RGB twin."""
@@ -39,14 +39,6 @@ class FrameStep:
     def full_name(self) -> str:
         """Among all steps of the frame, such as "without/pass_02"."""
         return f"{self.part}/{self.name}" if self.part else self.name
-
-
-@dataclass(frozen=True)
-class Share:
-    """One of `of` equal shares of a list, the `number`-th of them counted from 1."""
-
-    number: int
-    of: int
 
 
 def frame_steps(plan: PassPlan, samples: int, *, without: bool, rgb_twin: bool) -> tuple[FrameStep, ...]:
@@ -109,14 +101,3 @@ def chosen_steps(
         names = ", ".join(step.full_name for step in steps)
         raise RenderError(f'{told} has no pass "{which}". It has {names}.')
     return found
-
-
-def frame_folder(directory: Path, frame: int) -> Path:
-    """The folder of a frame in that of its animation.
-
-    Examples
-    --------
-    >>> frame_folder(Path("render"), 7).name
-    'frame_0007'
-    """
-    return directory / f"frame_{frame:04d}"

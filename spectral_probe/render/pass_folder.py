@@ -5,8 +5,8 @@ and what it depends on (digests of the plan, and of the fingerprint of the scene
 and its manifest second, both written whole: a step with a manifest is finished, and one whose file no longer fits it, or that was
 rendered from something else, is rendered again. So several processes and machines finish steps of a frame without sharing a file.
 
-`index.json` is written once, by whoever begins the frame, and last of what that writes: what the steps are rendered from, and what
-putting them together needs of the scene (`frame_record`).
+`index.json` is written once, by whoever begins the frame, and last of what that writes: what the steps are rendered from, and
+what putting them together needs of the scene (`frame_record`).
 
 Channels of a step's file, for the n-th view layer: ``n.GROUP.R``, ``.G``, ``.B`` for every light group, ``n.alpha.V`` with a
 transparent film, and where they were asked for the features ``n.guide albedo.R`` ..., ``n.guide normal.X`` ...,
@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -27,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import RenderError, SpectralDataError
-from ..files.atomic import UNFINISHED, written_whole
+from ..files.atomic import written_whole
 from ..files.image_exr import read_channels
 from ..files.json_object import UNREADABLE, number, read_object, sentences, table, text, texts, whole
 from ..model import FloatArray
@@ -365,13 +364,6 @@ def _finished_step(content: Mapping[str, Any]) -> FinishedStep:
 def _write_table(path: Path, content: Mapping[str, Any]) -> None:
     with written_whole(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-
-
-def remove_unfinished(directory: Path) -> None:
-    """Remove what a killed render was writing, in its folder and in that of its passes."""
-    for folder in (Path(directory), Path(directory) / "passes"):
-        for left in folder.glob(f"{UNFINISHED}*"):
-            shutil.rmtree(left, ignore_errors=True)
 
 
 def digest_of(path: Path) -> str:
