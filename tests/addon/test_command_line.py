@@ -152,6 +152,7 @@ def batch(script: Path, *words: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_the_batch_script_goes_from_photographs_to_comparison(project_root, capture_file, tmp_path):
     script = project_root / "sample_scenes" / "batch_render.py"
     out = tmp_path / "out"
@@ -177,6 +178,7 @@ def test_the_batch_script_says_what_is_wrong(project_root, tmp_path):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 def test_the_batch_of_lights_renders_one_scene_in_each(
     project_root, scene_file, probe_file, tmp_path, in_extension
 ):

@@ -9,6 +9,8 @@ from spectral_probe.geometry.frames import view_angles
 from spectral_probe.model import BallSettings, CameraSettings, Capture, ViewSettings, finish
 from spectral_probe.probe import build_probe
 
+pytestmark = pytest.mark.long
+
 CHROME = BallSettings(0.05, "chrome")
 WIDTH = 256
 """Of the panoramas: what is checked is the ball, the exposures and the poses, all found in the photographs themselves."""

@@ -304,6 +304,7 @@ def test_real_photographs(shared_dir, name):
     assert_near(detected(read_photograph(shared_dir / "photos" / name)), hand_circles(shared_dir)[name])
 
 
+@pytest.mark.long
 def test_real_bracket_of_crops_of_different_sizes(shared_dir):
     names = [f"bracket_a6000_office/cp_t{t}.jpg" for t in (20, 320, 1250, 3200)]  # t20 shows hardly any rim
     outlines = find_ball([read_photograph(shared_dir / "photos" / name) for name in names]).outlines

@@ -7,6 +7,8 @@ import pytest
 
 from spectral_probe.spectra.camera import camera_sensitivities
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def benchmark(project_root):
