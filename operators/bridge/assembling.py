@@ -4,14 +4,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ...spectral_probe.composite_model import BACKPLATE_NAME, OBJECTS_NAME
-from ...spectral_probe.files.atomic import UNFINISHED
+from ...spectral_probe.files.atomic import written_together
 from ...spectral_probe.files.objects_exr import write_objects
 from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.assemble import assemble
@@ -64,13 +63,18 @@ def write_pictures(
         if wants_denoising(scene, settings.denoise):
             denoise = replace(progress, message="Denoising")
             smooth = yield from denoising(denoise, assembled.xyz, assembled.guide)
-        with TemporaryDirectory(prefix=UNFINISHED, dir=directory) as temporary:
+        with written_together(directory, last=f"xyz{suffix}.exr") as staging:
             write = partial(
-                write_outputs, Path(temporary), plan, assembled, settings, space=space, denoised_xyz=smooth
+                write_outputs,
+                staging,
+                plan,
+                assembled,
+                settings,
+                space=space,
+                denoised_xyz=smooth,
+                suffix=suffix,
             )
-            files = yield from worked(progress, write)
-            for path in files.values():
-                path.replace(directory / f"{path.stem}{suffix}{path.suffix}")
+            yield from worked(progress, write)
 
 
 def write_twin(
