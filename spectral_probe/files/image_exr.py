@@ -13,6 +13,7 @@ import OpenEXR
 from ..errors import FileFormatError
 from ..model import FloatArray
 from .atomic import written_whole
+from .exr_limits import check_readable
 
 type Header = dict[str, Any]
 
@@ -63,10 +64,7 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"There is no file {path}. Check the path.")
-    with path.open("rb") as start:
-        magic = start.read(4)
-    if magic != b"v/1\x01":
-        raise FileFormatError(f"{path.name} is not an OpenEXR image.")
+    check_readable(path)
     try:
         file = OpenEXR.File(str(path), separate_channels=True)
         channels, header = file.channels(), file.header()
