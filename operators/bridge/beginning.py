@@ -46,13 +46,15 @@ class FrameWords:
     """What a render is told besides its light and plan.
 
     `rgb_twin` asks for the scene in plain RGB, too; `outputs` say what is written; `on_change` what to do with passes of an
-    unfinished render of something else; `words` are those of the command line, to be told again where steps are missing.
+    unfinished render of something else; `words` are those of the command line, to be told again where steps are missing; `files`
+    is `file_digest.opened_files_digest` where the scene was just opened.
     """
 
     rgb_twin: bool = True
     outputs: OutputSettings = field(default_factory=OutputSettings)
     on_change: OnChange = "refuse"
     words: tuple[str, ...] = ()
+    files: str = ""
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: Fram
     refuse_probe_folder(directory)
     found = surfaces(scene)
     fingerprint = render_fingerprint(scene, planner)
-    earlier = folder_to_go_on(directory, fingerprint, words.on_change)
+    earlier = folder_to_go_on(directory, fingerprint, words.on_change, words.files, scene.frame_current)
     yield Progress(0.0, PLANNING)
     kept = None if earlier is None else load_plan(directory / PLAN_NAME)
     made = yield from _plan(scene, planner, kept)
@@ -199,6 +201,7 @@ def _record(
             *found.warnings,
         ),
         words=words.words,
+        files=words.files,
     )
 
 

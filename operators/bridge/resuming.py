@@ -58,8 +58,21 @@ def begun_folder(directory: Path) -> PassFolder | None:
         return None
 
 
+def changes_since(
+    earlier: PassFolder, fingerprint: Mapping[str, str], files: str, frame: int
+) -> tuple[str, ...]:
+    """Parts of a fingerprint that have changed since a frame was begun.
+
+    The scene has not where it was just opened from the same `files` (`file_digest.opened_files_digest`) at the same frame: what
+    another machine's processor makes of them may differ in the last bits.
+    """
+    record = earlier.record
+    same = files != "" and (files, frame) == (record.files, record.frame)
+    return tuple(name for name in earlier.changes(fingerprint) if not (same and name == "scene"))
+
+
 def folder_to_go_on(
-    directory: Path, fingerprint: Mapping[str, str], on_change: OnChange
+    directory: Path, fingerprint: Mapping[str, str], on_change: OnChange, files: str, frame: int
 ) -> PassFolder | None:
     """The folder of an interrupted render of the same; None where the frame has to be begun anew.
 
@@ -71,7 +84,8 @@ def folder_to_go_on(
     earlier = begun_folder(directory)
     if earlier is None or on_change == "restart":
         return None
-    changes, finished = earlier.changes(fingerprint), len(earlier.finished_names())
+    changes = changes_since(earlier, fingerprint, files, frame)
+    finished = len(earlier.finished_names())
     if not changes or (on_change == "resume" and finished):
         return earlier
     if finished and not (directory / REPORT_NAME).is_file():
