@@ -62,7 +62,7 @@ def render_pass(arguments: argparse.Namespace) -> Job[Numbers]:
         "written": str(directory),
     }
     if not done.asked:
-        numbers["note"] = f"Nothing to do: the frame has {done.count} passes."
+        numbers["note"] = f"Nothing to do: all {done.count} passes of the frame are in other shares."
     return numbers
 
 

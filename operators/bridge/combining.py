@@ -62,8 +62,8 @@ def combine(
     whole = begun_folder(directory)
     if whole is None:
         raise RenderError(
-            f"{directory} holds no passes of a frame, or their index or plan is damaged. Give the folder of a frame, such as "
-            f"{frame_folder(Path('render'), 1)}, or render it."
+            f"There is no frame in {directory}, or the index of its passes, or its plan, is damaged. Give the folder of a frame, "
+            "such as render/frame_0001, or render it."
         )
     plan, record = load_plan(directory / PLAN_NAME), whole.record
     folders = [whole, of_without(whole)] if record.without else [whole]

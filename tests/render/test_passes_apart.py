@@ -278,9 +278,7 @@ class TestOtherwiseBegun:
 
     def test_nothing_is_put_together_of_what_was_not_begun(self, farm, extension):
         (farm.directory / "passes" / "index.json").write_text('{"format": "spectral-probe-passes-2"}')
-        with pytest.raises(
-            extension("spectral_probe.errors").RenderError, match="holds no passes of a frame"
-        ):
+        with pytest.raises(extension("spectral_probe.errors").RenderError, match="There is no frame in"):
             farm.combine()
 
 
