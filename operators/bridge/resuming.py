@@ -7,7 +7,7 @@ from typing import Literal
 import bpy
 
 from ...spectral_probe.errors import FileFormatError, RenderError
-from ...spectral_probe.render.pass_folder import PassFolder, digest_of, open_pass_folder
+from ...spectral_probe.render.pass_folder import PassFolder, digest_of, look_again, open_pass_folder
 from ...spectral_probe.render.plan_file import load_plan
 from .assembling import PLAN_NAME
 from .fingerprint import light_fingerprint, scene_fingerprint
@@ -49,6 +49,7 @@ def refuse_probe_folder(directory: Path) -> None:
 
 def begun_folder(directory: Path) -> PassFolder | None:
     """The passes of a frame that was begun and has its plan; None where there is none, or one of them is damaged."""
+    look_again(directory / "passes")
     earlier = open_pass_folder(directory / "passes")
     plan = directory / PLAN_NAME
     try:

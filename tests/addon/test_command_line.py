@@ -121,7 +121,7 @@ def test_frames_in_parts(run, scene_file, probe_file, tmp_path, capfd):
     assert told.startswith(f"1 of 1 passes is missing or damaged in {out / 'frame_0008'}: pass_00.")
     command = shlex.split(told.split("Render it: spectral-probe ")[1])
     assert command == [
-        "render-pass", "scene.blend", *light, "-o", str(out), "--frame", "8", "--pass", "pass_00",
+        "render-pass", str(scene_file), *light, "-o", str(out), "--frame", "8", "--pass", "pass_00",
     ]  # fmt: skip
     assert run(["combine", str(out)]) == 2
     assert "--frames" in capfd.readouterr().err.splitlines()[-1]

@@ -208,6 +208,15 @@ class TestInterrupted:
         assert farm.combine().xyz.is_file()
 
 
+def test_a_whole_render_goes_on_with_what_tasks_have_done(farm, same, tmp_path):
+    farm.task((1, 2))
+    result = farm.render(farm.directory)
+    assert result.steps_kept == 2
+    farm.render(tmp_path / "whole")
+    same(farm.directory, tmp_path / "whole")
+    assert farm.task((1, 1)).rendered == ()
+
+
 class TestOtherwiseBegun:
     @pytest.fixture(autouse=True)
     def begun(self, farm):
