@@ -26,6 +26,8 @@ from .probe import build_probe, write_outputs
 
 STOPPED = 130
 _TELL_EVERY_S = 0.2
+_WAIT_S = 15.0
+"""For the worker of a batch that was killed, which stops as soon as it sees that."""
 
 BOOT = """
 import sys, json, importlib.util
@@ -73,7 +75,7 @@ def work(words: Mapping[str, Any]) -> int:
 def _built(capture_path: Path, folder: Path, width_px: int | None) -> Job[dict[str, Any]]:
     """Build a capture's probe into a folder, with its record; the numbers for the batch's table."""
     start = time.perf_counter()
-    with folder_lock(folder):
+    with folder_lock(folder, wait_s=_WAIT_S):
         inputs = input_digests(
             capture_path
         )  # before the photographs are read: what changes later counts as changed
