@@ -22,12 +22,13 @@ from . import (
     cli_composite,
     cli_filter,
     cli_frames,
+    cli_probe,
     cli_render,
     cli_spectrum,
     cli_swap,
 )
 from .cli_numbers import positive_number, whole_number
-from .errors import SpectralProbeError
+from .errors import PartlyFailedError, SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
 from .model import Job, Progress
 
@@ -64,7 +65,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         return _run_in_extension(words)
     verbs: dict[str, Verb] = {
         "calibrate": _calibrate,
-        "probe": _probe,
+        "probe": cli_probe.run,
         "spectrum": cli_spectrum.run,
         "filter": cli_filter.run,
         "swap": cli_swap.run,
@@ -75,6 +76,11 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
     }
     try:
         numbers = _with_progress(verbs[arguments.verb](arguments))
+    except PartlyFailedError as error:
+        sys.stdout.write(json.dumps(error.numbers) + "\n" if arguments.json else _told(error.numbers))
+        sys.stdout.flush()
+        sys.stderr.write(f"{error}\n")
+        return BAD_INPUT
     except SpectralProbeError as error:
         sys.stderr.write(f"{error}\n")
         return BAD_INPUT
@@ -145,14 +151,10 @@ def _parser() -> argparse.ArgumentParser:
         )
     )
 
-    probe = verb(
-        "probe", "Photographs of a mirrored ball to a spectral panorama.", "probe CAPTURE.toml -o out"
-    )
-    probe.add_argument("capture", type=Path, metavar="CAPTURE.toml", help="the capture file")
+    probe = verb("probe", cli_probe.TEXT, cli_probe.EXAMPLE)
+    probe.epilog = f"{probe.epilog}\n{cli_probe.FURTHER}"
+    cli_probe.add_words(probe)
     _folder(probe)
-    probe.add_argument(
-        "--width", type=int, help="width of the panorama in pixels (default: as fine as the photographs)"
-    )
 
     cli_spectrum.add_words(verb("spectrum", cli_spectrum.TEXT, cli_spectrum.EXAMPLE))
     cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
@@ -261,12 +263,6 @@ def _calibrate(arguments: argparse.Namespace) -> Job[Numbers]:
     return commands.calibrate(arguments.photos, arguments.output, board)
 
 
-def _probe(arguments: argparse.Namespace) -> Job[Numbers]:
-    from . import commands
-
-    return commands.probe(arguments.capture, arguments.output, arguments.width)
-
-
 # ---------------------------------------------------------------- what the person sees
 
 
@@ -297,7 +293,7 @@ def _bar(progress: Progress) -> str:
     return f"\r\x1b[K[{'#' * done}{'.' * (_BAR_WIDTH - done)}] {progress.fraction:4.0%} {progress.message}"
 
 
-def _told(numbers: Numbers, indent: str = "") -> str:
+def _told(numbers: Mapping[str, Any], indent: str = "") -> str:
     """Numbers as lines of text; tables within them are indented, lists of tables numbered."""
     lines = ""
     for key, value in numbers.items():
