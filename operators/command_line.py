@@ -63,6 +63,7 @@ def render_scene(
     from ..spectral_probe.cli_output import output_settings_of
     from ..spectral_probe.cli_render import render_words
     from .bridge.cycles import spectral_render
+    from .bridge.file_digest import opened_files_digest
     from .bridge.frames import render_frames
 
     if arguments.frame is not None:
@@ -77,6 +78,7 @@ def render_scene(
         "outputs": output_settings_of(arguments),
         "on_change": "restart" if arguments.restart else "resume" if arguments.resume else "refuse",
         "words": tuple(render_words(arguments)),
+        "files": opened_files_digest(),
     }
     if arguments.frames:
         results = yield from render_frames(scene, planner, directory, arguments.frames, **words)

@@ -23,7 +23,7 @@ from ...spectral_probe.render.pass_folder import INDEX_NAME, PassFolder, digest_
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
 from ...spectral_probe.render_model import PassPlan
 from ...spectral_probe.work import worked
-from .assembling import PLAN_NAME, remove_pictures
+from .assembling import PLAN_NAME, remove_pictures, told_where_not_written
 from .backplate import backplates_of
 from .camera_backplate import rendered_size
 from .catchers import Surfaces, surfaces
@@ -46,13 +46,15 @@ class FrameWords:
     """What a render is told besides its light and plan.
 
     `rgb_twin` asks for the scene in plain RGB, too; `outputs` say what is written; `on_change` what to do with passes of an
-    unfinished render of something else; `words` are those of the command line, to be told again where steps are missing.
+    unfinished render of something else; `words` are those of the command line, to be told again where steps are missing; `files`
+    is `file_digest.opened_files_digest` where the scene was just opened.
     """
 
     rgb_twin: bool = True
     outputs: OutputSettings = field(default_factory=OutputSettings)
     on_change: OnChange = "refuse"
     words: tuple[str, ...] = ()
+    files: str = ""
 
 
 @dataclass(frozen=True)
@@ -75,27 +77,29 @@ def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: Fram
     refuse_probe_folder(directory)
     found = surfaces(scene)
     fingerprint = render_fingerprint(scene, planner)
-    earlier = folder_to_go_on(directory, fingerprint, words.on_change)
+    earlier = folder_to_go_on(directory, fingerprint, words.on_change, words.files, scene.frame_current)
     yield Progress(0.0, PLANNING)
-    kept = None if earlier is None else load_plan(directory / PLAN_NAME)
-    made = yield from _plan(scene, planner, kept)
+    plan = None if earlier is None else load_plan(directory / PLAN_NAME)
+    made = yield from _plan(scene, planner, plan)
     record = yield from _record(scene, planner, found, made, words, directory)
     layers = tuple(layer.name for layer in enabled_layers(scene))
-    if earlier is None:
-        whole = _begin_anew(directory, fingerprint, layers, made.plan, record, words.on_change)
-    else:
-        level = earlier.record.twin_level or record.twin_level
-        record = replace(record, samples=earlier.record.samples, twin_level=level if words.rgb_twin else None)
-        whole = replace(earlier, record=record)
-        remove_pictures(directory, earlier.view_layers)
-    folders = [whole]
-    if record.without:
-        folders.append(_without(whole, anew=earlier is None, keep=words.on_change != "restart"))
-    else:
-        remove_part(directory / WITHOUT_NAME)
-    for folder in reversed(folders):
-        remove_leftovers(folder.directory)
-        folder.write_index()
+    with told_where_not_written(directory):
+        if earlier is None:
+            whole = _begin_anew(directory, fingerprint, layers, made.plan, record, words.on_change)
+        else:
+            level = earlier.record.twin_level or record.twin_level
+            kept = earlier.record.samples
+            record = replace(record, samples=kept, twin_level=level if words.rgb_twin else None)
+            whole = replace(earlier, record=record)
+            remove_pictures(directory, earlier.view_layers)
+        folders = [whole]
+        if record.without:
+            folders.append(_without(whole, anew=earlier is None, keep=words.on_change != "restart"))
+        else:
+            remove_part(directory / WITHOUT_NAME)
+        for folder in reversed(folders):
+            remove_leftovers(folder.directory)
+            folder.write_index()
     return Frame(scene, planner, made.plan, parts_of(folders, found), found)
 
 
@@ -199,6 +203,7 @@ def _record(
             *found.warnings,
         ),
         words=words.words,
+        files=words.files,
     )
 
 

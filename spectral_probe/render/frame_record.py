@@ -62,7 +62,9 @@ class FrameRecord:
     warnings
         Sentences on what was left out, as far as no single step knows better.
     words
-        The words of the command line that begun it: light, plan and outputs; none where it was begun in a window.
+        The words of the command line that began it: light, plan and outputs; none where it was begun in a window.
+    files
+        Digest of the .blend and of the files that it names, where the scene was just opened from it; else "".
     """
 
     scene: str
@@ -84,6 +86,7 @@ class FrameRecord:
     outputs: OutputSettings
     warnings: tuple[str, ...]
     words: tuple[str, ...] = ()
+    files: str = ""
 
     def outputs_for(self, asked: OutputSettings | None = None) -> OutputSettings:
         """What is written: as was said when the frame was begun, but for what is asked for now.
@@ -126,6 +129,7 @@ def record_table(record: FrameRecord) -> dict[str, Any]:
         },
         "warnings": list(record.warnings),
         "words": list(record.words),
+        "files": record.files,
     }
 
 
@@ -170,6 +174,7 @@ def record_from(kept: Any, folder: Path) -> FrameRecord:
         outputs=_outputs_from(kept["outputs"]),
         warnings=sentences(kept["warnings"]),
         words=sentences(kept["words"]),
+        files=text(kept["files"]),
     )
 
 
