@@ -36,6 +36,7 @@ def run(argv: list[str]) -> int:
                 "render-pass": render_pass,
                 "combine": combine,
                 "demo": demo,
+                "farm": farm,
                 "backplate": backplate,
             },
         )
@@ -166,6 +167,14 @@ def demo(arguments: argparse.Namespace) -> Job[Numbers]:
 
     with blender_silenced():
         return (yield from demo_job(arguments.output.resolve()))
+
+
+def farm(arguments: argparse.Namespace) -> Job[Numbers]:
+    """A shot as a job for a render farm."""
+    from .command_farm import farm as farm_job
+
+    with blender_silenced():
+        return (yield from farm_job(arguments))
 
 
 def backplate(arguments: argparse.Namespace) -> Job[Numbers]:

@@ -55,12 +55,12 @@ def opened_files_digest() -> str:
     """
     if not bpy.data.filepath:
         return ""
-    files = sorted(filter(None, (file_digest(path) for path in {*_named_files()})))
+    files = sorted(filter(None, (file_digest(path) for path in {*named_files()})))
     whole = file_digest(Path(bpy.data.filepath))
     return hashlib.blake2b(repr((whole, files)).encode(), digest_size=_DIGEST_BYTES).hexdigest()
 
 
-def _named_files() -> Iterator[Path]:
+def named_files() -> Iterator[Path]:
     """Files that the opened .blend names: Blender's own, every tile of an image, our settings', and inputs of nodes."""
     from .fingerprint import image_files
 
