@@ -12,7 +12,7 @@ import OpenEXR
 
 from ..errors import FileFormatError
 from ..model import FloatArray
-from .atomic import written_whole
+from .atomic import destined, written_whole
 from .exr_limits import check_exr, check_readable
 from .exr_rows import ExrRows, MakeRows, encode_rows
 
@@ -75,7 +75,7 @@ def write_rows(
         except OSError as problem:
             free = shutil.disk_usage(temporary.parent).free / 1e6
             raise FileFormatError(
-                f"{path} cannot be written ({problem.strerror or problem}); {free:.0f} MB are free there. "
+                f"{destined(path)} cannot be written ({problem.strerror or problem}); {free:.0f} MB are free there. "
                 "Make room, or choose another place."
             ) from None
 
