@@ -14,6 +14,7 @@ from ..errors import FileFormatError
 from ..model import FloatArray
 from .atomic import written_whole
 from .exr_limits import check_readable
+from .silence import libraries_silenced
 
 type Header = dict[str, Any]
 
@@ -66,15 +67,16 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
         raise FileFormatError(f"There is no file {path}. Check the path.")
     check_readable(path)
     try:
-        file = OpenEXR.File(str(path), separate_channels=True)
-        channels, header = file.channels(), file.header()
+        with libraries_silenced():
+            file = OpenEXR.File(str(path), separate_channels=True)
+            channels, header = file.channels(), file.header()
     except RuntimeError as problem:
         raise FileFormatError(
             f"{path.name} cannot be read as OpenEXR ({problem}). It may be cut short."
         ) from None
     except ValueError:  # a part of which nothing could be read
         raise FileFormatError(
-            f"{path.name} is cut short: its pixels cannot be read. Write it again."
+            f"{path.name} is cut short or broken: its pixels cannot be read. Write it again."
         ) from None
     return {name: channel.pixels for name, channel in channels.items()}, dict(header)
 

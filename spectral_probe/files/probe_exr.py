@@ -14,6 +14,7 @@ from ..errors import FileFormatError
 from ..model import Edit, FloatArray, SpectralPanorama
 from ..render_model import LightLayers
 from .image_exr import read_channels, write_channels, write_rgb
+from .json_object import UNREADABLE
 
 _PROBE_HEADER = "spectralProbe"
 _LAYERS_HEADER = "spectralProbeLayers"
@@ -66,7 +67,7 @@ def read_probe(path: Path) -> SpectralPanorama:
     data = _header(header, _PROBE_HEADER, path)
     try:
         panorama = _panorama(channels, data)
-    except (KeyError, ValueError, IndexError, TypeError, AttributeError):
+    except UNREADABLE:
         raise FileFormatError(
             f"{Path(path).name} is a damaged probe. Build it again from its capture."
         ) from None
@@ -154,21 +155,21 @@ def read_layers(path: Path) -> LightLayers:
     """
     channels, header = read_channels(path)
     data = _header(header, _LAYERS_HEADER, path)
-    if not {"R", "G", "B"} <= set(channels) or not {"spectra", "wavelengths_nm", "residual"} <= set(data):
-        raise FileFormatError(f"{Path(path).name} is damaged. Build the probe again from its capture.")
-    weights: FloatArray = np.stack([np.asarray(channels[name], np.float32) for name in "RGB"], axis=-1)
-    return LightLayers(
-        weights,
-        np.asarray(data["spectra"], float),
-        np.asarray(data["wavelengths_nm"], float),
-        float(data["residual"]),
-    )
+    try:
+        weights: FloatArray = np.stack([np.asarray(channels[name], np.float32) for name in "RGB"], axis=-1)
+        wavelengths = np.asarray(data["wavelengths_nm"], float)
+        spectra = np.asarray(data["spectra"], float).reshape(3, len(wavelengths))
+        return LightLayers(weights, spectra, wavelengths, float(data["residual"]))
+    except UNREADABLE:
+        raise FileFormatError(
+            f"{Path(path).name} is damaged. Build the probe again from its capture."
+        ) from None
 
 
 def _header(header: dict[str, Any], key: str, path: Path) -> dict[str, Any]:
     try:
         data = dict(json.loads(header[key]))
-    except (KeyError, ValueError, TypeError, RecursionError):
+    except UNREADABLE:
         kind = "probe.exr" if key == _PROBE_HEADER else "layers.exr"
         raise FileFormatError(
             f"{Path(path).name} was not written as a {kind} by this program. Choose that file."
