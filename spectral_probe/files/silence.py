@@ -1,33 +1,54 @@
 """Libraries written in C that have something to say on the terminal, kept quiet while they read a damaged file.
 
 OpenEXR, libtiff and libpng write lines of their own to standard error (file descriptor 2), past Python and whatever is told
-them. What there is to say is said by the error of whoever reads.
+them; OpenEXR's module prints, too. What there is to say is said by the error of whoever reads.
 """
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from typing import TextIO
 
 _STANDARD_ERROR = 2
 
 
+class _Elsewhere(io.TextIOBase):
+    """Standard output for all threads but some, whose words are dropped."""
+
+    def __init__(self, stream: TextIO, silent: Collection[int]) -> None:
+        super().__init__()
+        self._stream = stream
+        self._silent = silent
+
+    def write(self, text: str) -> int:
+        return len(text) if threading.get_ident() in self._silent else self._stream.write(text)
+
+    def flush(self) -> None:
+        self._stream.flush()
+
+
 class _Silence:
-    """Standard error of the process, which readers in several threads share: the last that ends lets it speak again."""
+    """Standard error and output of the process, shared by readers in several threads: the last that ends lets it speak again."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._readers = 0
+        self._readers: list[int] = []  # their threads
+        self._out: TextIO | None = None
         self._kept: int | None = None
 
     def begin(self) -> None:
         with self._lock:
-            self._readers += 1
-            if self._readers > 1:
+            self._readers.append(threading.get_ident())
+            if len(self._readers) > 1:
                 return
+            self._out = sys.stdout
+            if self._out is not None:
+                sys.stdout = _Elsewhere(self._out, self._readers)
             if sys.stderr is not None:
                 sys.stderr.flush()
             try:
@@ -40,8 +61,12 @@ class _Silence:
 
     def end(self) -> None:
         with self._lock:
-            self._readers -= 1
-            if self._readers or self._kept is None:
+            self._readers.remove(threading.get_ident())
+            if self._readers:
+                return
+            if isinstance(sys.stdout, _Elsewhere) and self._out is not None:
+                sys.stdout = self._out
+            if self._kept is None:
                 return
             os.dup2(self._kept, _STANDARD_ERROR)
             os.close(self._kept)
@@ -53,7 +78,9 @@ _SILENCE = _Silence()
 
 @contextmanager
 def libraries_silenced() -> Iterator[None]:
-    """Nothing that is written to standard error within the block is seen. Keep the block short: it is for one library's call.
+    """Nothing that is written to standard error within the block is seen, nor what its thread prints.
+
+    Keep the block short: it is for one library's call.
 
     Examples
     --------

@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 
 import atheris  # noqa: E402  # after the path: what it imports is instrumented
 
-with atheris.instrument_imports(include=["spectral_probe"]):
+with atheris.instrument_imports(include=["spectral_probe", "tomllib"]):
     from spectral_probe.cli_render import frame_list
     from spectral_probe.errors import SpectralProbeError
     from spectral_probe.files.capture import load_capture
@@ -45,8 +45,7 @@ with atheris.instrument_imports(include=["spectral_probe"]):
 
 type Target = Callable[[Path, bytes], object]
 
-# In memory where the system has a place for that: the fuzzer writes a thousand files a second.
-FOLDER = Path(tempfile.mkdtemp(prefix="fuzz-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None))  # noqa: S108
+FOLDER = Path(tempfile.mkdtemp(prefix="fuzz-"))
 
 
 def written(folder: Path, name: str, data: bytes) -> Path:
@@ -211,6 +210,7 @@ def main() -> None:
     target, corpus = TARGETS[sys.argv[1]], FOLDER / "corpus"
     corpus.mkdir()
     seeds(sys.argv[1], corpus)
+    (FOLDER / "view.exr").touch()  # what the capture of the corpus names
     warnings.simplefilter("error")
 
     def once(data: bytes) -> None:

@@ -7,7 +7,7 @@ import OpenEXR
 import pytest
 
 from spectral_probe.errors import FileFormatError, SpectralProbeError
-from spectral_probe.files.image_exr import read_channels
+from spectral_probe.files.image_exr import read_channels, write_channels
 from spectral_probe.files.silence import libraries_silenced
 
 
@@ -33,6 +33,14 @@ def test_the_last_of_several_threads_lets_it_speak_again(capfd):
     assert capfd.readouterr().err == "after"
 
 
+def test_only_the_thread_that_reads_is_not_heard(capsys):
+    with ThreadPoolExecutor(1) as pool, libraries_silenced():
+        print("a library")  # noqa: T201
+        pool.submit(print, "somebody else").result()
+    print("after")  # noqa: T201
+    assert capsys.readouterr().out == "somebody else\nafter\n"
+
+
 def test_a_failure_within_lets_it_speak_again(capfd):
     with pytest.raises(KeyError), libraries_silenced():
         raise KeyError
@@ -40,13 +48,12 @@ def test_a_failure_within_lets_it_speak_again(capfd):
     assert capfd.readouterr().err == "after"
 
 
-@pytest.mark.parametrize("compression", [OpenEXR.ZIP_COMPRESSION, OpenEXR.PIZ_COMPRESSION])
-def test_openexr_says_nothing_of_a_damaged_block(tmp_path, capfd, compression):
+def test_openexr_says_nothing_of_a_damaged_block(tmp_path, capfd):
     import numpy as np
 
     path = tmp_path / "a.exr"
     codes = np.random.default_rng(0).integers(0, 9, (64, 64)).astype(np.float32)
-    OpenEXR.File({"compression": compression, "type": OpenEXR.scanlineimage}, {"R": codes}).write(str(path))
+    write_channels(path, {"R": codes}, {"compression": OpenEXR.ZIP_COMPRESSION})
     data = bytearray(path.read_bytes())
     data[-400:-200] = bytes(200)
     path.write_bytes(data)
