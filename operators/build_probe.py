@@ -26,10 +26,12 @@ def build_and_write(
 
     `seen` is told of every ball found.
     """
+    from ..spectral_probe.files.lock import folder_lock
     from ..spectral_probe.probe import build_probe, write_outputs
 
-    probe = yield from part(build_probe(capture, width_px, seen), 0.0, 0.8)
-    yield from part(write_outputs(probe, directory), 0.8, 1.0)
+    with folder_lock(directory):
+        probe = yield from part(build_probe(capture, width_px, seen), 0.0, 0.8)
+        yield from part(write_outputs(probe, directory), 0.8, 1.0)
     return probe
 
 

@@ -24,6 +24,7 @@ def backplate(arguments: argparse.Namespace) -> Job[Numbers]:
     from ..spectral_probe.composite.prepare import plate_numbers, prepare_plate
     from ..spectral_probe.figures.alignment import alignment_picture
     from ..spectral_probe.figures.panorama import write_png
+    from .bridge.saving import save_scene
 
     output = _output(arguments)
     preparing = prepare_plate(
@@ -39,8 +40,7 @@ def backplate(arguments: argparse.Namespace) -> Job[Numbers]:
     _fill(scene, prepared, arguments)
     picture = output.with_name(f"{output.stem}_alignment.png")
     write_png(picture, alignment_picture(prepared.match, prepared.ground_radius_m))
-    output.unlink(missing_ok=True)  # Blender would keep the one before beside it
-    bpy.ops.wm.save_as_mainfile(filepath=str(output), compress=True)
+    save_scene(output)
     return {**plate_numbers(prepared), "alignment": str(picture), "written": str(output)}
 
 

@@ -29,7 +29,16 @@ def run(argv: list[str]) -> int:
     from ..spectral_probe.cli import main
 
     try:
-        return main(argv, {"render": render, "demo": demo, "backplate": backplate})
+        return main(
+            argv,
+            {
+                "render": render,
+                "render-pass": render_pass,
+                "combine": combine,
+                "demo": demo,
+                "backplate": backplate,
+            },
+        )
     except SystemExit as stop:  # argparse, after --help or a word it does not know
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
 
@@ -52,28 +61,22 @@ def render_scene(
 ) -> Job[Numbers]:
     """Render an open scene as the command line asks; returns the numbers of its report.json."""
     from ..spectral_probe.cli_output import output_settings_of
-    from ..spectral_probe.cli_swap import swappable_masks
-    from ..spectral_probe.render.plan_file import load_plan
+    from ..spectral_probe.cli_render import render_words
     from .bridge.cycles import spectral_render
     from .bridge.frames import render_frames
-    from .bridge.planning import Planner, PlanRequest
 
     if arguments.frame is not None:
         scene.frame_set(arguments.frame)
     directory = arguments.output.resolve()
-    samples = arguments.samples or scene.cycles.samples
-    masks = swappable_masks(arguments, probe)
-    request = PlanRequest(
-        arguments.passes, arguments.max_de, arguments.full_samples, masks, arguments.swappable_lamps
-    )
-    plan = None if arguments.plan is None else load_plan(arguments.plan)
-    planner = Planner(probe, request, samples, plan)
+    planner = planner_of(scene, probe, arguments)
+    samples = planner.samples
     if arguments.plan_only:
         return _planned(scene, planner)
     words: dict[str, Any] = {
         "rgb_twin": not arguments.no_rgb,
         "outputs": output_settings_of(arguments),
         "on_change": "restart" if arguments.restart else "resume" if arguments.resume else "refuse",
+        "words": tuple(render_words(arguments)),
     }
     if arguments.frames:
         results = yield from render_frames(scene, planner, directory, arguments.frames, **words)
@@ -85,6 +88,22 @@ def render_scene(
         }
     yield from spectral_render(scene, probe, None, directory, samples=samples, planner=planner, **words)
     return {**json.loads((directory / "report.json").read_text("utf-8")), "written": str(directory)}
+
+
+def planner_of(
+    scene: bpy.types.Scene, probe: SpectralPanorama | None, arguments: argparse.Namespace
+) -> Planner:
+    """What makes the plans that the words ask for."""
+    from ..spectral_probe.cli_swap import swappable_masks
+    from ..spectral_probe.render.plan_file import load_plan
+    from .bridge.planning import Planner, PlanRequest
+
+    masks = swappable_masks(arguments, probe)
+    request = PlanRequest(
+        arguments.passes, arguments.max_de, arguments.full_samples, masks, arguments.swappable_lamps
+    )
+    plan = None if arguments.plan is None else load_plan(arguments.plan)
+    return Planner(probe, request, arguments.samples or scene.cycles.samples, plan)
 
 
 def _planned(scene: bpy.types.Scene, planner: Planner) -> Numbers:
@@ -121,6 +140,22 @@ def open_scene(path: Path) -> bpy.types.Scene:
             f"{path.name} cannot be opened. Give a .blend file that Blender 5.2 opens."
         ) from None
     return bpy.context.scene
+
+
+def render_pass(arguments: argparse.Namespace) -> Job[Numbers]:
+    """One pass of a frame, or a share of them."""
+    from .command_frames import render_pass as pass_job
+
+    with blender_silenced():
+        return (yield from pass_job(arguments))
+
+
+def combine(arguments: argparse.Namespace) -> Job[Numbers]:
+    """Finished passes put together."""
+    from .command_frames import combine as combine_job
+
+    with blender_silenced():
+        return (yield from combine_job(arguments))
 
 
 def demo(arguments: argparse.Namespace) -> Job[Numbers]:

@@ -26,14 +26,19 @@ def demo(directory: Path) -> Job[Numbers]:
     the gym's own light, rendered for the plate), composite/ (in the plate), comparison/ (dE2000 map, xy diagram, numbers), and
     sheet.png with all of it.
     """
+    from ..spectral_probe.files.lock import folder_lock
+
+    with folder_lock(directory):
+        return (yield from _demo(directory))
+
+
+def _demo(directory: Path) -> Job[Numbers]:
     from ..spectral_probe.commands import probe
-    from ..spectral_probe.files.atomic import check_folder
     from ..spectral_probe.files.probe_exr import read_probe
     from ..spectral_probe.sample import GYM, gym_truth, stained_gym
     from .demo_plate import compose_metals
 
     truth = gym_truth()
-    check_folder(directory)
     recovered = yield from part(probe(GYM / "capture.toml", directory / "probe", _WIDTH), 0.0, 0.2)
     panorama = read_probe(directory / "probe" / "probe.exr")
     spectra = yield from part(_spectra(directory, truth), 0.2, 0.25)
@@ -87,6 +92,7 @@ def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, d
     from ..spectral_probe.files.objects_exr import read_objects
     from .bridge.cycles import spectral_render
     from .bridge.objects import demo_scene
+    from .bridge.saving import save_scene
 
     yield Progress(0.0, "Setting up the scene")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -97,9 +103,7 @@ def _render(directory: Path, panorama: SpectralPanorama) -> Job[tuple[Numbers, d
     yield from part(spectral_render(scene, panorama, None, directory, samples=_SAMPLES), 0.02, 0.98)
     shares = read_objects(directory / OBJECTS_NAME).objects
     masks = {thing.name: shares[thing.name] > 0.5 for thing in objects}
-    scene_file = directory / "demo.blend"
-    scene_file.unlink(missing_ok=True)  # Blender would keep the one before as demo.blend1
-    bpy.ops.wm.save_as_mainfile(filepath=str(scene_file), copy=True, compress=True)
+    save_scene(directory / "demo.blend", copy=True)
     return json.loads((directory / "report.json").read_text("utf-8")), masks
 
 
@@ -122,6 +126,7 @@ def _compare(
     from ..spectral_probe.figures.display import read_png
     from ..spectral_probe.figures.panorama import panorama_preview
     from ..spectral_probe.figures.sheet import SheetContent
+    from ..spectral_probe.files.atomic import written_together
     from ..spectral_probe.light_choice import mean_light
     from ..spectral_probe.render.compare import compare_images, write_comparison
     from ..spectral_probe.render.rgb_ways import compare_rgb_ways, metal_reflectances, ways_report
@@ -133,10 +138,8 @@ def _compare(
     metals = np.logical_or.reduce(list(masks.values()))
     white = float(np.percentile(spectral[metals, 1], 95))
     comparison = compare_images(spectral, rgb, white_luminance=white, object_masks=masks, blur_px=_BLUR_PX)
-    folder = directory / "comparison"
     light = mean_light(panorama)
     ways = compare_rgb_ways(metal_reflectances(DEFAULT_METALS), light, "the mean light")
-    write_comparison(folder / "compare.json", comparison, {"rgb_ways": ways_report(ways)})
     content = SheetContent(
         comparison,
         spectral,
@@ -156,7 +159,10 @@ def _compare(
             "samples": str(rendered["samples"]),
         },
     )
-    yield from draw_comparison(folder, content)
+    folder = directory / "comparison"
+    with written_together(folder, last="compare.json") as staging:
+        write_comparison(staging / "compare.json", comparison, {"rgb_ways": ways_report(ways)})
+        yield from draw_comparison(staging, content)
     for suffix in (".png", ".svg"):
         (folder / f"sheet{suffix}").replace(directory / f"sheet{suffix}")
     return {

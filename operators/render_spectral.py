@@ -157,7 +157,7 @@ class SPECTRAL_PROBE_OT_render_animation(RendersSpectrally, bpy.types.Operator):
 
     def first_folder(self, context: bpy.types.Context, folder: Path) -> Path:
         """The frame shown now: of the others only the render itself can tell."""
-        from .bridge.frames import frame_folder
+        from ..spectral_probe.render.share import frame_folder
 
         return frame_folder(folder, context.scene.frame_current)
 

@@ -16,7 +16,16 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import cli_backplate, cli_compare, cli_composite, cli_filter, cli_render, cli_spectrum, cli_swap
+from . import (
+    cli_backplate,
+    cli_compare,
+    cli_composite,
+    cli_filter,
+    cli_frames,
+    cli_render,
+    cli_spectrum,
+    cli_swap,
+)
 from .cli_numbers import positive_number, whole_number
 from .errors import SpectralProbeError
 from .library_commands import EXAMPLE, add_words, library
@@ -31,7 +40,7 @@ _BAR_WIDTH = 28
 _LINE_EVERY_S = 10.0
 _MOST_NUMBERS = 30
 """Lists of more numbers, such as a spectrum, are told by their length and range; `--json` has them."""
-_BLENDER_VERBS = ("backplate", "demo", "render")
+_BLENDER_VERBS = ("backplate", "combine", "demo", "render", "render-pass")
 
 
 def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | None = None) -> int:
@@ -153,6 +162,11 @@ def _parser() -> argparse.ArgumentParser:
     render = verb("render", cli_render.TEXT, cli_render.EXAMPLE)
     cli_render.add_words(render)
     _folder(render)
+
+    render_pass = verb("render-pass", cli_frames.TASK_TEXT, cli_frames.TASK_EXAMPLE)
+    cli_frames.add_pass_words(render_pass)
+    _folder(render_pass, text="folder in which each frame has one of its own, frame_0001 and so on")
+    cli_frames.add_combine_words(verb("combine", cli_frames.COMBINE_TEXT, cli_frames.COMBINE_EXAMPLE))
 
     cli_swap.add_words(verb("swap", cli_swap.TEXT, cli_swap.EXAMPLE))
 

@@ -7,7 +7,7 @@ import argparse
 from .render.outputs import OutputSettings, output_settings
 
 
-def add_output_words(parser: argparse.ArgumentParser) -> None:
+def add_output_words(parser: argparse._ActionsContainer) -> None:
     """Add --spectral, --white, --denoise and --no-denoise."""
     parser.add_argument(
         "--spectral", action="store_true", help="also write all 61 wavelengths, spectral.exr (Fichet et al.)"

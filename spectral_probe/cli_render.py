@@ -19,14 +19,7 @@ _MOST_FRAMES = 100_000
 
 def add_words(parser: argparse.ArgumentParser) -> None:
     """Give the verb its words, but for the folder to write to."""
-    parser.add_argument("scene", type=Path, metavar="SCENE.blend", help="the scene")
-    light = parser.add_mutually_exclusive_group(required=True)
-    light.add_argument("--probe", type=Path, metavar="PROBE.exr", help="a probe is the light")
-    light.add_argument(
-        "--world", action="store_true", help="the scene's own world is the light, its sky being daylight"
-    )
-    _add_plan_words(parser)
-    add_swappable_words(parser)
+    add_render_words(parser)
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", type=int, default=None, help="frame to render (default: the scene's)")
     frames.add_argument(
@@ -36,6 +29,21 @@ def add_words(parser: argparse.ArgumentParser) -> None:
         metavar="LIST",
         help="frames of an animation, such as 1-24 or 1,5,10-20, each into a folder of its own, frame_0001 and so on",
     )
+    parser.add_argument(
+        "--plan-only", action="store_true", help="say the passes and their cost, render nothing"
+    )
+
+
+def add_render_words(parser: argparse.ArgumentParser) -> None:
+    """The words that say what is rendered, and how: those of `render_words`."""
+    parser.add_argument("scene", type=Path, metavar="SCENE.blend", help="the scene")
+    light = parser.add_mutually_exclusive_group(required=True)
+    light.add_argument("--probe", type=Path, metavar="PROBE.exr", help="a probe is the light")
+    light.add_argument(
+        "--world", action="store_true", help="the scene's own world is the light, its sky being daylight"
+    )
+    _add_plan_words(parser)
+    add_swappable_words(parser)
     parser.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
     add_output_words(parser)
     changed = parser.add_mutually_exclusive_group()
@@ -86,9 +94,33 @@ def _add_plan_words(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="give every pass all samples: none shared, no ratios between passes",
     )
-    plan.add_argument(
-        "--plan-only", action="store_true", help="say the passes and their cost, render nothing"
-    )
+
+
+def render_words(arguments: argparse.Namespace) -> list[str]:
+    """The words again that say what is rendered, and how, without the scene: for another process, and for messages.
+
+    Paths are as they were given. `--restart` and `--resume` are left out: they are said once.
+
+    Examples
+    --------
+    >>> parser = argparse.ArgumentParser()
+    >>> add_render_words(parser)
+    >>> render_words(parser.parse_args(["a.blend", "--world", "--samples", "8", "--no-rgb", "--passes=4"]))
+    ['--world', '--passes', '4', '--samples', '8', '--no-rgb']
+    """
+    words = ["--world"] if arguments.world else ["--probe", str(arguments.probe)]
+    for name in ("passes", "plan", "samples"):
+        value = getattr(arguments, name)
+        words += [] if value is None else [f"--{name}", str(value)]
+    words += [] if arguments.max_de == DEFAULT_MAX_DE2000 else ["--max-de", repr(arguments.max_de)]
+    for name, path in arguments.swappable:
+        words += ["--swappable", f"{name}={path}"]
+    words += ["--white", arguments.white] if arguments.white else []
+    for name in ("full_samples", "swappable_lamps", "no_rgb", "spectral"):
+        words += [f"--{name.replace('_', '-')}"] if getattr(arguments, name) else []
+    if arguments.denoise is not None:
+        words.append("--denoise" if arguments.denoise else "--no-denoise")
+    return words
 
 
 def frame_list(text: str) -> tuple[int, ...]:

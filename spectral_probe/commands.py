@@ -17,6 +17,7 @@ from .errors import FileFormatError
 from .files.atomic import check_folder
 from .files.capture import load_capture
 from .files.image_exr import read_channels
+from .files.lock import folder_lock
 from .files.spectral_channels import is_spectral
 from .files.spectral_exr import spectral_image
 from .geometry.boards import Board
@@ -36,10 +37,10 @@ type Numbers = dict[str, Any]
 def probe(capture_path: Path, directory: Path, width: int | None) -> Job[Numbers]:
     """Photographs to probe.exr, spectral.exr, layers.exr, world.exr, report.json and pictures in a folder."""
     capture = load_capture(capture_path)
-    check_folder(directory)
-    building = build_probe(capture, width)
-    result = yield from part(building, 0.0, 0.7)
-    yield from part(write_outputs(result, directory), 0.7, 1.0)
+    with folder_lock(directory):
+        building = build_probe(capture, width)
+        result = yield from part(building, 0.0, 0.7)
+        yield from part(write_outputs(result, directory), 0.7, 1.0)
     return {**result.report, "written": str(directory)}
 
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from .commands import read_tristimulus
 from .composite_model import OBJECTS_NAME
 from .errors import FileFormatError
-from .files.atomic import check_folder
+from .files.atomic import written_together
+from .files.lock import folder_lock
 from .files.objects_exr import read_objects
 from .light_choice import REPORT_NAME, NamedLight, chosen_light, light_of_render
 from .model import BoolArray, Job, Progress
@@ -74,9 +75,13 @@ def compare(
     SpectralDataError
         If the light or a metal is not known.
     """
+    with folder_lock(directory):
+        return (yield from _compare(spectral_path, rgb_path, directory, settings or CompareSettings()))
+
+
+def _compare(spectral_path: Path, rgb_path: Path, directory: Path, settings: CompareSettings) -> Job[Numbers]:
     from .figures.sheet import SheetContent
 
-    settings = settings or CompareSettings()
     yield Progress(0.02, "Reading the renders")
     read = [read_tristimulus(spectral_path), read_tristimulus(rgb_path)]
     spectral, rgb = (image.xyz for image in read)
@@ -85,7 +90,6 @@ def compare(
             f"{spectral_path.name} is {spectral.shape[1]} x {spectral.shape[0]} pixels, {rgb_path.name} is "
             f"{rgb.shape[1]} x {rgb.shape[0]} pixels. Compare renders of one size."
         )
-    check_folder(directory)
     light, adapted_white = _light(settings, spectral_path.parent)
     ways = compare_rgb_ways(metal_reflectances(settings.metals), light.spectrum, light.name)
     masks, told = object_masks(spectral_path.parent, spectral.shape[:2])
@@ -97,7 +101,6 @@ def compare(
         *_not_finite(comparison, (spectral_path.name, rgb_path.name)),
     ]
     further = {"rgb_ways": ways_report(ways), "split": settings.split, "remarks": remarks}
-    write_comparison(directory / "compare.json", comparison, further)
     content = SheetContent(
         comparison,
         spectral,
@@ -107,7 +110,9 @@ def compare(
         adapted_white=adapted_white,
         numbers=_render_numbers(spectral_path.parent, spectral.shape),
     )
-    yield from draw_comparison(directory, content)
+    with written_together(directory, last="compare.json") as folder:
+        write_comparison(folder / "compare.json", comparison, further)
+        yield from draw_comparison(folder, content)
     return {**comparison_report(comparison), **further, "written": str(directory)}
 
 

@@ -9,13 +9,12 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 import numpy as np
 
 from .errors import FileFormatError
-from .files.atomic import check_folder
+from .files.atomic import check_folder, folder_written_whole
 from .files.image_exr import write_rgb
 from .files.probe_exr import read_probe, write_layers, write_probe
 from .files.region_json import read_region
@@ -206,9 +205,7 @@ def _write_light(panorama: SpectralPanorama, directory: Path) -> Job[None]:
     from .figures.panorama import panorama_preview, write_png
 
     layers = light_layers(panorama)  # refuses a panorama without light before anything is made
-    directory.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix=".writing-", dir=directory.parent) as name:
-        folder = Path(name) / directory.name
+    with folder_written_whole(directory) as folder:
         yield Progress(0.1, "Writing probe.exr")
         write_probe(folder / "probe.exr", panorama)
         yield Progress(0.5, "Writing layers.exr")
@@ -217,7 +214,6 @@ def _write_light(panorama: SpectralPanorama, directory: Path) -> Job[None]:
         write_rgb(folder / "world.exr", panorama_rec709(panorama))
         yield Progress(0.9, "Writing preview.png")
         write_png(folder / "preview.png", panorama_preview(panorama))
-        folder.rename(directory)
 
 
 def _check_output(output: Path, preview: Path | None) -> None:

@@ -31,5 +31,9 @@ class FileFormatError(SpectralProbeError):
     """A probe, panorama or image file is not what it should be."""
 
 
+class FolderBusyError(FileFormatError):
+    """Another process writes to a folder."""
+
+
 class RenderError(SpectralProbeError):
     """The scene cannot be rendered as asked."""

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from .composite.probe_views import MATCHING_KEY, ProbeView, probe_view, view_table
 from .composition import compose
 from .errors import CaptureError
-from .files.atomic import make_folder
+from .files.atomic import written_together
 from .files.image_exr import write_rgb
 from .files.probe_exr import write_layers, write_probe
 from .files.spectral_exr import write_spectral_panorama
@@ -210,7 +209,8 @@ def _placed(view: MeasuredView) -> PlacedView:
 def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
     """Write probe.exr, spectral.exr, layers.exr, world.exr, preview.png, confidence.png and report.json into a folder.
 
-    They take their places together at the end, the report last: a job that is stopped leaves an earlier probe as it was.
+    They take their places together at the end, the report last: a job that is stopped leaves an earlier probe as it was. Hold the
+    folder's lock (`files.lock.folder_lock`).
     """
     from .figures.confidence import confidence_preview
     from .figures.panorama import panorama_preview, write_png
@@ -218,9 +218,7 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
     directory = Path(directory)
     start = time.perf_counter()
     layers = light_layers(probe.panorama)  # refuses a panorama without light before anything is made
-    make_folder(directory)
-    with TemporaryDirectory(prefix=".writing-", dir=directory) as name:
-        folder = Path(name)
+    with written_together(directory, last="report.json") as folder:
         yield Progress(0.0, "Writing probe.exr")
         write_probe(folder / "probe.exr", probe.panorama)
         yield Progress(0.1, "Writing layers.exr")
@@ -242,8 +240,6 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
             "seconds": seconds,
         }
         (folder / "report.json").write_text(json.dumps(report, indent=1), encoding="utf-8")
-        for file in sorted(folder.iterdir(), key=lambda file: file.name == "report.json"):
-            file.replace(directory / file.name)
     return layers
 
 

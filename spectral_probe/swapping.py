@@ -11,8 +11,9 @@ import numpy as np
 import OpenEXR
 
 from .errors import FileFormatError
-from .files.atomic import check_folder, written_whole
+from .files.atomic import remove_leftovers, written_together, written_whole
 from .files.image_exr import read_channels, write_channels
+from .files.lock import folder_lock
 from .model import FloatArray, Job, Progress
 from .render.outputs import IMAGE_ORIGIN, WHITE_ATTRIBUTE, picture_header, picture_rgb
 from .render.plan_file import load_plan
@@ -26,6 +27,7 @@ from .render.swap import (
     swapped_xyz,
     told,
 )
+from .render_model import PassPlan
 from .spectra.edits import lamp_spectrum
 from .spectra.glass import glass_transmittance
 from .spectra.white import parse_white
@@ -36,6 +38,7 @@ type Numbers = dict[str, Any]
 SWAPS_NAME = "swaps.json"
 """Beside the images: which lights they show exchanged."""
 
+REPORT_NAME = "report.json"
 _FORMAT = "spectral-probe-swaps-1"
 
 
@@ -74,9 +77,32 @@ def swap_light(
         If there is no such light, lamp or glass, or a file is missing.
     """
     source, target = Path(render_dir), Path(output or render_dir)
-    check_folder(target)
-    yield Progress(0.0, "Reading the plan")
-    plan = load_plan(source / "plan.json")
+    with folder_lock(target):
+        yield Progress(0.0, "Reading the plan")
+        remove_leftovers(source)
+        plan = load_plan(source / "plan.json")
+        swaps = _exchanged(source, plan, light, lamp, glass, keeps)
+        lights = told(swaps, light_names(plan))
+        with written_together(target, last=REPORT_NAME) as folder:
+            for suffix in _layer_suffixes(source):
+                yield Progress(0.1, "Adding up the light")
+                xyz = swapped_xyz(source, plan, swaps, suffix)
+                yield Progress(0.6, "Writing the images")
+                _write_images(source, folder, xyz, suffix)
+            _write_swaps(folder / SWAPS_NAME, swaps)
+            _write_report(source, folder, lights)
+    return {"lights": lights, "written": str(target)}
+
+
+def _exchanged(
+    source: Path,
+    plan: PassPlan,
+    light: str,
+    lamp: str | Path | None,
+    glass: str | Path | None,
+    keeps: SwapKeeps,
+) -> dict[str, Swap]:
+    """Which lights of a render are exchanged with this one."""
     name = checked_name(plan, light)
     swaps = read_swaps(source)
     if lamp is not None:
@@ -85,15 +111,7 @@ def swap_light(
         swaps[name] = Swap("glass", _label(glass), glass_transmittance(glass))
     else:
         swaps.pop(name, None)
-    lights = told(swaps, light_names(plan))
-    for suffix in _layer_suffixes(source):
-        yield Progress(0.1, "Adding up the light")
-        xyz = swapped_xyz(source, plan, swaps, suffix)
-        yield Progress(0.6, "Writing the images")
-        _write_images(source, target, xyz, suffix)
-    _write_report(source, target, lights)
-    _write_swaps(target / SWAPS_NAME, swaps)
-    return {"lights": lights, "written": str(target)}
+    return swaps
 
 
 def list_lights(render_dir: Path) -> Job[Numbers]:
@@ -168,11 +186,11 @@ def _write_images(source: Path, target: Path, xyz: FloatArray, suffix: str) -> N
 def _write_report(source: Path, target: Path, lights: Mapping[str, str]) -> None:
     """The render's report, with a note of what its lights are now."""
     try:
-        report = json.loads((source / "report.json").read_text(encoding="utf-8"))
+        report = json.loads((source / REPORT_NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         raise FileFormatError(f"{source / 'report.json'} cannot be read. Render again.") from None
     report["lights"] = dict(lights)
-    with written_whole(target / "report.json") as temporary:
+    with written_whole(target / REPORT_NAME) as temporary:
         temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
 
 

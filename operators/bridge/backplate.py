@@ -14,11 +14,13 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ...spectral_probe.composite.backplate_file import backplate_from, backplate_table, save_backplate
+from ...spectral_probe.composite.backplate_file import backplate_from, backplate_table
 from ...spectral_probe.composite.ground import GroundReflectance, faded
 from ...spectral_probe.composite.plate_geometry import at_frame_size, frame_camera, undistorted
 from ...spectral_probe.composite_model import BACKPLATE_NAME, Backplate
+from ...spectral_probe.files.atomic import written_whole
 from ...spectral_probe.photo.samples import linear_to_srgb
+from ...spectral_probe.render.frame_record import FrameRecord
 from .camera_backplate import camera_backplate, rendered_size
 
 CAMERA_NAME = "Backplate Camera"
@@ -126,15 +128,33 @@ def sees_the_same(scene: bpy.types.Scene, backplate: Backplate) -> bool:
     return bool(max(apart, aside) < _SAME_PX)
 
 
-def write_backplate(scene: bpy.types.Scene, size_px: tuple[int, int], directory: Path) -> None:
-    """Write backplate.json into the folder of a scene's render: its photograph's, or only its camera; nothing without one."""
+def backplates_of(scene: bpy.types.Scene) -> tuple[Backplate | None, Backplate | None]:
+    """What belongs behind a scene's render, its photograph or only its camera: of the whole frame, and of one cut to its border.
+
+    The latter has the size of the whole frame still: `write_backplate` knows that of the render.
+    """
+    size = rendered_size(scene)
     found = scene_backplate(scene)
-    if found is None or size_px != rendered_size(scene):
-        found = camera_backplate(scene, size_px)
-    else:
-        found = at_frame_size(found, size_px)
-    if found is not None:
-        save_backplate(directory / BACKPLATE_NAME, found)
+    whole = camera_backplate(scene, size) if found is None else at_frame_size(found, size)
+    return whole, camera_backplate(scene, size, cut=True)
+
+
+def write_backplate(record: FrameRecord, size_px: tuple[int, int], directory: Path, output: Path) -> None:
+    """Write backplate.json of the frame in a folder to another, by what was kept when it was begun; nothing without one.
+
+    `size_px` is that of its passes; paths are relative to the frame's folder.
+    """
+    table = record.backplates[size_px != record.frame_px]
+    if table is None:
+        return
+    found = backplate_from(table, directory)
+    if size_px != record.frame_px:
+        found = replace(
+            found, camera=replace(found.camera, size_px=size_px), photo_size_px=size_px,
+            frame_px=(0.0, 0.0, *size_px),
+        )  # fmt: skip
+    with written_whole(output / BACKPLATE_NAME) as temporary:
+        temporary.write_text(json.dumps(backplate_table(found, directory), indent=1) + "\n", encoding="utf-8")
 
 
 # ---------------------------------------------------------------- the picture behind it

@@ -16,7 +16,9 @@ def rendered_size(scene: bpy.types.Scene) -> tuple[int, int]:
     return render.resolution_x * percent // 100, render.resolution_y * percent // 100
 
 
-def camera_backplate(scene: bpy.types.Scene, size_px: tuple[int, int]) -> Backplate | None:
+def camera_backplate(
+    scene: bpy.types.Scene, size_px: tuple[int, int], *, cut: bool = False
+) -> Backplate | None:
     """The scene's camera as the camera of a backplate without a photograph; None where it is no perspective one.
 
     Parameters
@@ -25,6 +27,8 @@ def camera_backplate(scene: bpy.types.Scene, size_px: tuple[int, int]) -> Backpl
         The scene, at the frame that was rendered.
     size_px
         Width and height of the render, which may be a part of the frame only.
+    cut
+        It is the part within the scene's render border, whatever its size.
     """
     render, camera = scene.render, scene.camera
     if camera.type != "CAMERA" or camera.data.type != "PERSP":
@@ -35,7 +39,7 @@ def camera_backplate(scene: bpy.types.Scene, size_px: tuple[int, int]) -> Backpl
     width, height = rendered_size(scene)
     per_unit = width / (right - left), height / (top - bottom)
     principal = np.array([-left * per_unit[0], top * per_unit[1]])
-    if size_px != (width, height):  # cropped to the border
+    if cut or size_px != (width, height):  # to the border
         principal -= int(render.border_min_x * width), height - int(render.border_max_y * height)
     rotation = np.array(camera.matrix_world.to_quaternion().to_matrix()) @ np.diag([1.0, -1.0, -1.0])
     return Backplate(

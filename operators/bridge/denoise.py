@@ -29,11 +29,6 @@ from .restore import remove
 type Array = np.ndarray[Any, Any]
 
 
-def wants_denoising(scene: bpy.types.Scene, chosen: bool | None) -> bool:
-    """Whether a render is to be denoised: as chosen, or as the scene's render settings say."""
-    return bool(scene.cycles.use_denoising) if chosen is None else chosen
-
-
 def denoised(image: Array, guide: Array | None = None) -> Array:
     """An image without its noise, at once; see `denoising`."""
     return finish(denoising(Progress(0.0, "Denoising"), image, guide))

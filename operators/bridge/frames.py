@@ -11,15 +11,11 @@ from bpy.app.translations import pgettext_rpt as rpt_
 
 from ...spectral_probe.errors import RenderError
 from ...spectral_probe.model import Job, Progress, part
+from ...spectral_probe.render.share import frame_folder
 from .cycles import spectral_render
 from .planning import Planner
 from .render_report import SpectralRender
 from .restore import is_gone
-
-
-def frame_folder(directory: Path, frame: int) -> Path:
-    """The folder of a frame."""
-    return directory / f"frame_{frame:04d}"
 
 
 def render_frames(
@@ -34,7 +30,7 @@ def render_frames(
     planner
         Makes the plans: one for all frames, unless materials or lamps change.
     directory
-        Where each frame gets a folder of its own, `frame_folder`. Finished passes of an interrupted render are kept.
+        Where each frame gets a folder of its own, `render.share.frame_folder`. Finished passes of an interrupted render are kept.
     frames
         Which frames, in this order.
     words

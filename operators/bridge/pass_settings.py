@@ -20,12 +20,11 @@ _FEATURES_KEPT = ("use_pass_combined",)
 class PassSettings:
     """The scene's settings while passes render.
 
-    `layers` are the view layers rendered, in their order; `warnings` name what was left out of the passes.
+    `layers` are the view layers rendered, in their order.
     """
 
     scene: bpy.types.Scene
     layers: tuple[bpy.types.ViewLayer, ...]
-    warnings: tuple[str, ...]
 
     def set_samples(self, sequence: int, first: int, count: int) -> None:
         """Let the next render take samples ``first`` to ``first + count`` of a sequence.
@@ -42,7 +41,6 @@ class PassSettings:
 def pass_settings(scene: bpy.types.Scene) -> Iterator[PassSettings]:
     """The settings of the passes while the block runs."""
     layers = enabled_layers(scene)
-    warnings = tuple(_left_out(scene, layers))
     with ExitStack() as stack:
         stack.enter_context(
             changed(
@@ -80,7 +78,7 @@ def pass_settings(scene: bpy.types.Scene) -> Iterator[PassSettings]:
             stack.enter_context(
                 changed(layer.cycles, layer, use_denoising=False, denoising_store_passes=False)
             )
-        yield PassSettings(scene, layers, warnings)
+        yield PassSettings(scene, layers)
 
 
 def enabled_layers(scene: bpy.types.Scene) -> tuple[bpy.types.ViewLayer, ...]:
@@ -96,8 +94,9 @@ def _features(layer: bpy.types.ViewLayer) -> list[str]:
     return [name for name in names if name not in _FEATURES_KEPT and getattr(layer, name)]
 
 
-def _left_out(scene: bpy.types.Scene, layers: tuple[bpy.types.ViewLayer, ...]) -> Iterator[str]:
-    render = scene.render
+def left_out(scene: bpy.types.Scene) -> Iterator[str]:
+    """Sentences on what the scene has and its passes leave out."""
+    render, layers = scene.render, enabled_layers(scene)
     if render.use_multiview:
         yield "Stereoscopy is off in a spectral render: the scene's own camera was rendered once."
     if render.use_freestyle and any(layer.use_freestyle for layer in layers):

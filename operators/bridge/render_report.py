@@ -3,13 +3,13 @@
 import json
 import os
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 import bpy
-import numpy as np
 
 from ...spectral_probe.files.atomic import written_whole
+from ...spectral_probe.render.frame_record import FrameRecord
 from ...spectral_probe.render_model import PassPlan
 
 REPORT_NAME = "report.json"
@@ -48,12 +48,9 @@ class SpectralRender:
 
 
 def write_report(
-    result: SpectralRender,
-    scene: bpy.types.Scene,
-    size_px: tuple[int, int],
-    light: np.ndarray | None = None,
+    result: SpectralRender, record: FrameRecord, size_px: tuple[int, int], directory: Path
 ) -> None:
-    """Write report.json, last of all files: where it is, the render is complete. `light` is the mean spectrum of a probe."""
+    """Write report.json into a folder, last of all files: where it is, the render is complete."""
     without = result.without
     report = {
         "seconds": {
@@ -69,25 +66,33 @@ def write_report(
         "predicted_de2000": result.plan.predicted_de2000,
         "predicted_cost": result.plan.predicted_cost,
         "light_residual": result.light_residual,
-        "mean_light": None if light is None else light.tolist(),
+        "mean_light": None if record.mean_light is None else record.mean_light.tolist(),
         "samples": result.samples,
         "resolution": list(size_px),
         "view_layers": list(result.layers),
         "objects": list(result.virtual),
         "shadow_catchers": list(result.catchers),
         "without": None if without is None else _of_the_other(without),
-        "frame": scene.frame_current,
-        "scene": scene.name,
-        "blend": _blend_from(result.xyz.parent),
+        "frame": record.frame,
+        "scene": record.scene,
+        "blend": record.blend,
         "device": result.device,
-        "blender": bpy.app.version_string,
+        "blender": record.blender,
         "warnings": list(result.warnings),
     }
-    with written_whole(result.xyz.with_name(REPORT_NAME)) as temporary:
+    with written_whole(directory / REPORT_NAME) as temporary:
         temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
 
 
-def _blend_from(folder: Path) -> str | None:
+def blend_of_part(blend: str | None, directory: Path, part: Path) -> str | None:
+    """Where the .blend lies from the folder of a part, by where it lies from that of its frame."""
+    absolute = blend is None or PurePosixPath(blend).is_absolute() or PureWindowsPath(blend).is_absolute()
+    if absolute or part == directory:
+        return blend
+    return "/".join([*(".." for _ in part.relative_to(directory).parts), str(blend)])
+
+
+def blend_from(folder: Path) -> str | None:
     """Where the .blend lies, from the folder of its render, so that both can be moved; None where it was never saved."""
     if not bpy.data.filepath:
         return None

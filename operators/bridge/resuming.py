@@ -1,27 +1,20 @@
 """Whether an interrupted render can be gone on with: what its steps were made from, and what is asked for now."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
 import bpy
 
 from ...spectral_probe.errors import FileFormatError, RenderError
-from ...spectral_probe.render.pass_folder import (
-    PassFolder,
-    new_pass_folder,
-    open_pass_folder,
-    remove_unfinished,
-)
+from ...spectral_probe.render.pass_folder import PassFolder, digest_of, open_pass_folder
 from ...spectral_probe.render.plan_file import load_plan
-from .assembling import remove_pictures
+from .assembling import PLAN_NAME
 from .fingerprint import light_fingerprint, scene_fingerprint
-from .pass_settings import enabled_layers
 from .planning import Planner
 from .render_report import REPORT_NAME
 
 type OnChange = Literal["refuse", "restart", "resume"]
-
-PLAN_NAME = "plan.json"
 
 
 class SceneChangedError(RenderError):
@@ -39,54 +32,59 @@ def render_fingerprint(scene: bpy.types.Scene, planner: Planner) -> dict[str, st
     }
 
 
-def folder_of_steps(
-    directory: Path, fingerprint: dict[str, str], scene: bpy.types.Scene, on_change: OnChange
-) -> PassFolder:
-    """The folder of the steps: as an interrupted render of the same left it, or a new one.
+def refuse_probe_folder(directory: Path) -> None:
+    """Refuse the folder of a probe, some of whose files have the names of a render's.
 
     Raises
     ------
-    SceneChangedError
-        If it was a render of something else, and `on_change` does not say what to do.
     RenderError
-        If it is the folder of a probe, some of whose files have the names of a render's.
+        If it is one.
     """
     if (directory / "probe.exr").is_file():
         raise RenderError(
             f"{directory} is the folder of a probe, whose spectral.exr and report.json the render would replace. Choose another "
             "folder for the render."
         )
+
+
+def begun_folder(directory: Path) -> PassFolder | None:
+    """The passes of a frame that was begun and has its plan; None where there is none, or one of them is damaged."""
     earlier = open_pass_folder(directory / "passes")
-    layers = [layer.name for layer in enabled_layers(scene)]
-    remove_unfinished(directory)
-    usable = earlier is not None and earlier.finished and _has_plan(directory)
-    if earlier is not None and usable and on_change != "restart":
-        changes = earlier.changes(fingerprint)
-        if not changes or on_change == "resume":
-            remove_pictures(directory, earlier.view_layers)
-            return earlier
-        if not (directory / REPORT_NAME).is_file():
-            raise SceneChangedError(
-                f"{directory} has {len(earlier.finished)} passes of an unfinished render, and its "
-                f"{' and '.join(changes)} changed since then. Render anew (--restart), or use them as they are (--resume)."
-            )
-    for view_layers in (() if earlier is None else earlier.view_layers, layers):
-        remove_pictures(directory, view_layers)
-    return new_pass_folder(directory / "passes", fingerprint, layers)
-
-
-def _has_plan(directory: Path) -> bool:
-    """Whether the plan that the steps were rendered by is there, undamaged."""
+    plan = directory / PLAN_NAME
     try:
-        load_plan(directory / PLAN_NAME)
-    except FileFormatError:
-        return False
-    return True
+        load_plan(plan)
+        return earlier if earlier is not None and digest_of(plan) == earlier.plan else None
+    except (FileFormatError, OSError):
+        return None
+
+
+def folder_to_go_on(
+    directory: Path, fingerprint: Mapping[str, str], on_change: OnChange
+) -> PassFolder | None:
+    """The folder of an interrupted render of the same; None where the frame has to be begun anew.
+
+    Raises
+    ------
+    SceneChangedError
+        If it was a render of something else, and `on_change` does not say what to do.
+    """
+    earlier = begun_folder(directory)
+    if earlier is None or on_change == "restart":
+        return None
+    changes, finished = earlier.changes(fingerprint), len(earlier.finished_names())
+    if not changes or (on_change == "resume" and finished):
+        return earlier
+    if finished and not (directory / REPORT_NAME).is_file():
+        raise SceneChangedError(
+            f"{directory} has {finished} passes of an unfinished render, and its {' and '.join(changes)} changed since then. "
+            "Render anew (--restart), or use them as they are (--resume)."
+        )
+    return None
 
 
 def unfinished_changes(scene: bpy.types.Scene, planner: Planner, directory: Path) -> tuple[str, ...]:
     """What has changed since an unfinished render in a folder began; nothing where there is none, or it can be gone on with."""
     earlier = open_pass_folder(directory / "passes")
-    if earlier is None or not earlier.finished or (directory / REPORT_NAME).is_file():
+    if earlier is None or not earlier.finished_names() or (directory / REPORT_NAME).is_file():
         return ()
     return earlier.changes(render_fingerprint(scene, planner))

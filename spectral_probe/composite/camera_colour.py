@@ -156,7 +156,7 @@ def _projected(render_dir: Path, projection: FloatArray, swaps: Mapping[str, Swa
             f"{render_dir} has no passes, from which colours of a camera come. Render the scene again, and keep its passes."
         )
     plan = _swapped(load_plan(render_dir / "plan.json"), swaps)
-    steps = render_steps(plan, int(folder.fingerprint["samples"]))
+    steps = render_steps(plan, folder.record.samples)
     missing = [step.name for step in steps if not folder.path(step.name).is_file()]
     if missing:
         raise RenderError(

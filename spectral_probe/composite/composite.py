@@ -11,8 +11,9 @@ import numpy as np
 from ..composite_model import Backplate, ObjectCoverage
 from ..errors import RenderError
 from ..figures.display import Picture, write_png
-from ..files.atomic import check_folder
+from ..files.atomic import written_together
 from ..files.image_exr import write_rgb
+from ..files.lock import folder_lock
 from ..model import FloatArray, Job, Progress
 from ..spectra.colorimetry import rec709_to_xyz, xyz_to_rec709
 from .camera_colour import camera_to_xyz, is_rec709
@@ -26,6 +27,12 @@ from .render_pair import Pair, RenderPair, read_backplate, render_pair
 type Numbers = dict[str, Any]
 
 NUMBERS_NAME = "composite.json"
+
+_RGB_NAMES = ("composite_rgb.exr", "composite_rgb.png")
+_RGB_NOT_DENOISED = (
+    "The objects are denoised, those of composite_rgb are not: rgb.exr never is. "
+    "Compose as rendered for like with like."
+)
 
 _MANY_CLIPPED, _MANY_HELD = 0.01, 0.05
 """Shares of what the objects change that are worth a remark: saturated in the photograph, and held back from black."""
@@ -89,9 +96,14 @@ def composite(
     SpectralProbeError
         If the render or the plate cannot be used; the message says what to do.
     """
-    settings = settings or CompositeSettings()
-    render_dir, directory = Path(render_dir), Path(directory)
-    check_folder(directory)
+    directory = Path(directory)
+    with folder_lock(directory):
+        return (yield from _compose(Path(render_dir), plate_path, directory, settings or CompositeSettings()))
+
+
+def _compose(
+    render_dir: Path, plate_path: Path | None, directory: Path, settings: CompositeSettings
+) -> Job[Numbers]:
     yield Progress(0.0, "Reading the render")
     backplate = read_backplate(render_dir)
     renders = render_pair(render_dir, backplate)
@@ -120,23 +132,24 @@ def composite(
         else _composed(renders, colours.plate_xyz, in_eye, calm).pixels
     )
     yield Progress(0.75, "Writing the composite")
-    write_linear(directory / "plate.exr", plate.pixels, plate.camera, "the photograph")
-    write_linear(directory / "composite.exr", found.pixels, plate.camera, "photograph and virtual objects")
-    write_rgb(directory / "composite_xyz.exr", xyz, ("X", "Y", "Z"))
-    write_png(directory / "composite.png", _picture(plate, found, xyz, colours))
-    write_difference(directory, plate, found)
-    yield Progress(0.85, "Composing the RGB render")
-    remarks = [*plate.remarks, *_remarks(plate, found, renders)]
-    if _rgb_composite(directory, renders, plate, colours, wanted=settings.rgb) and calm is not None:
-        remarks.append(
-            "The objects are denoised, those of composite_rgb are not: rgb.exr never is. Compose as rendered for like with like."
-        )
-    numbers = _numbers(plate, found, renders) | {
-        "denoised_objects": calm is not None,
-        "display_exposure": None if plate.converted else colours.exposure,
-        "remarks": remarks,
-    }
-    write_numbers(directory / NUMBERS_NAME, numbers)
+    with written_together(directory, last=NUMBERS_NAME, stale=_RGB_NAMES) as folder:
+        write_linear(folder / "plate.exr", plate.pixels, plate.camera, "the photograph")
+        write_linear(folder / "composite.exr", found.pixels, plate.camera, "photograph and virtual objects")
+        write_rgb(folder / "composite_xyz.exr", xyz, ("X", "Y", "Z"))
+        write_png(folder / "composite.png", _picture(plate, found, xyz, colours))
+        write_difference(folder, plate, found)
+        yield Progress(0.85, "Composing the RGB render")
+        remarks = [*plate.remarks, *_remarks(plate, found, renders)]
+        if settings.rgb and renders.has_rgb:
+            _rgb_composite(folder, renders, plate, colours)
+            if calm is not None:
+                remarks.append(_RGB_NOT_DENOISED)
+        numbers = _numbers(plate, found, renders) | {
+            "denoised_objects": calm is not None,
+            "display_exposure": None if plate.converted else colours.exposure,
+            "remarks": remarks,
+        }
+        write_numbers(folder / NUMBERS_NAME, numbers)
     return {**numbers, "written": str(directory)}
 
 
@@ -219,22 +232,15 @@ def _picture(plate: Plate, found: Composite, xyz: FloatArray, colours: _Colours)
     return picture_of(plate, found, xyz, colours.white, colours.exposure)
 
 
-def _rgb_composite(
-    directory: Path, renders: RenderPair, plate: Plate, colours: _Colours, *, wanted: bool
-) -> bool:
-    """Write the composite of the ordinary RGB render, linear Rec.709 in the unit of image.exr; whether there is one."""
-    files = directory / "composite_rgb.exr", directory / "composite_rgb.png"
-    if not (wanted and renders.has_rgb):
-        for path in files:  # an earlier composite's
-            path.unlink(missing_ok=True)
-        return False
+def _rgb_composite(directory: Path, renders: RenderPair, plate: Plate, colours: _Colours) -> None:
+    """Write the composite of the ordinary RGB render, linear Rec.709 in the unit of image.exr."""
     found = _composed(renders, xyz_to_rec709(colours.plate_xyz), renders.rgb())
-    write_linear(files[0], found.pixels, "Rec.709", "photograph and RGB render")
+    linear, picture = (directory / name for name in _RGB_NAMES)
+    write_linear(linear, found.pixels, "Rec.709", "photograph and RGB render")
     xyz = np.asarray(rec709_to_xyz(found.pixels), np.float32)
     back = np.linalg.inv(colours.to_xyz / plate.scale)
     shown = replace(found, pixels=np.asarray(xyz @ back.T.astype(np.float32), np.float32))
-    write_png(files[1], _picture(plate, shown, xyz, colours))
-    return True
+    write_png(picture, _picture(plate, shown, xyz, colours))
 
 
 # ---------------------------------------------------------------- what is told

@@ -6,7 +6,7 @@ import errno
 import json
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..errors import FileFormatError
@@ -22,7 +22,8 @@ from .staging import (
 )
 
 __all__ = [
-    "UNFINISHED", "check_folder", "make_folder", "remove_leftovers", "staging_folder", "written_together", "written_whole",
+    "UNFINISHED", "check_folder", "folder_written_whole", "make_folder", "remove_leftovers", "staging_folder",
+    "written_together", "written_whole",
 ]  # fmt: skip
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
@@ -116,6 +117,43 @@ def written_together(directory: Path, *, last: str, stale: Sequence[str] = ()) -
             unmarked.replace(folder / MARK_NAME)
             sync_folder(folder)
             move_out(folder, directory)
+    except OSError as problem:
+        raise not_written(directory, problem) from None
+
+
+@contextmanager
+def folder_written_whole(directory: Path) -> Iterator[Path]:
+    """A temporary folder that becomes `directory`, a new one, when the block ends well, and vanishes when it does not.
+
+    Where another process has made the folder meanwhile, that one stays: for folders named after their content.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be written there.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp()) / "new"
+    >>> with folder_written_whole(folder) as temporary:
+    ...     _ = (temporary / "a.txt").write_text("all of it")
+    >>> [path.name for path in folder.iterdir()]
+    ['a.txt']
+    """
+    directory = Path(directory)
+    try:
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        with staging_folder(directory.parent) as folder:
+            temporary = folder / directory.name
+            temporary.mkdir()
+            yield temporary
+            for path in (*temporary.rglob("*"), temporary):
+                (sync_folder if path.is_dir() else sync_file)(path)
+            if not directory.is_dir():
+                with suppress(FileExistsError):
+                    temporary.rename(directory)
+            sync_folder(directory.parent)
     except OSError as problem:
         raise not_written(directory, problem) from None
 

@@ -13,6 +13,7 @@ import OpenEXR
 from ..errors import FileFormatError
 from ..model import FloatArray
 from .atomic import written_whole
+from .exr_limits import check_exr, check_readable, refuse_deep
 from .exr_rows import ExrRows, MakeRows, encode_rows
 
 type Header = dict[str, Any]
@@ -88,7 +89,8 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
         If the file is missing or is not OpenEXR.
     """
     path = Path(path)
-    _check(path)
+    _check_there(path)
+    check_readable(path)
     try:
         file = OpenEXR.File(str(path), separate_channels=True)
         channels, header = file.channels(), file.header()
@@ -112,18 +114,14 @@ def open_rows(path: Path) -> ExrRows:
         If the file is missing or is not OpenEXR.
     """
     path = Path(path)
-    _check(path)
+    _check_there(path)
+    refuse_deep(path, check_exr(path))
     return ExrRows(path)
 
 
-def _check(path: Path) -> None:
-    """Refuse, before the library opens it, what cannot be read: the one place where every file that is read comes by."""
+def _check_there(path: Path) -> None:
     if not path.is_file():
         raise FileFormatError(f"There is no file {path}. Check the path.")
-    with path.open("rb") as start:
-        magic = start.read(4)
-    if magic != b"v/1\x01":
-        raise FileFormatError(f"{path.name} is not an OpenEXR image.")
 
 
 def write_rgb(

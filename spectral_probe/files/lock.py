@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
-from ..errors import FileFormatError
+from ..errors import FileFormatError, FolderBusyError
 from .atomic import check_folder
 from .staging import NO_LOCKS, remove_leftovers
 
@@ -46,8 +46,10 @@ def folder_lock(directory: Path, *, wait_s: float = 0.0, name: str = LOCK_NAME) 
 
     Raises
     ------
+    FolderBusyError
+        If someone else holds it.
     FileFormatError
-        If someone else holds it, or the folder cannot be written to.
+        If the folder cannot be written to.
 
     Note
     ----
@@ -87,7 +89,7 @@ def _acquire(stack: ExitStack, directory: Path, place: Path, name: str, wait_s: 
             _make(stack, place)
             lock.acquire(poll_interval=0.05)
         except Timeout:
-            raise FileFormatError(
+            raise FolderBusyError(
                 f"{directory} is being written by {_told(holder)}. Wait for it, or choose another folder."
             ) from None
         except FileNotFoundError as problem:  # whoever had made the folder removed it again

@@ -7,14 +7,13 @@ claims, and most write lines of their own to the terminal.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import PhotographError
+from ..errors import FileFormatError, PhotographError
 from . import suffixes
 
 type Kind = Literal["JPEG", "PNG", "TIFF", "OpenEXR", "Radiance HDR", "raw", "other"]
@@ -220,62 +219,22 @@ def png_header(path: Path) -> tuple[int, int, int, int]:
 
 
 def check_exr(path: Path) -> None:
-    """Refuse an OpenEXR file whose size is absurd or whose last block is not all there.
+    """Refuse an OpenEXR file whose header is hostile or whose last block is not all there (`files.exr_limits`).
 
     Raises
     ------
     PhotographError
         If so.
     """
-    data = mapped(path)
+    from ..files import exr_limits
+
     try:
-        flags = number(data, 4, 4, "little")
-        multi, tiled = bool(flags & 0x1000), bool(flags & 0x200)
-        at = 8
-        while True:
-            at = _check_exr_header(path, data, at)
-            if not multi or data[at] == 0:
-                at += multi
-                break
-        last = max(_exr_offsets(data, at))
-        if not multi and not flags & 0x800:  # deep blocks and those of several parts have other heads
-            head = 20 if tiled else 8
-            last += head + number(data, last + head - 4, 4, "little")
-        if last > len(data):
-            raise EOFError
-    except (EOFError, IndexError):
-        raise PhotographError(cut_short(path)) from None
-
-
-def _check_exr_header(path: Path, data: Bytes, at: int) -> int:
-    """Walk over the attributes of one part; returns where they end."""
-    while number(data, at, 1) != 0:
-        name, at = _exr_text(data, at)
-        _, at = _exr_text(data, at)
-        size = number(data, at, 4, "little")
-        if name == b"dataWindow":
-            left, top, right, bottom = np.frombuffer(
-                data[at + 4 : at + 20].tobytes().ljust(16, b"\0"), "<i4"
-            ).tolist()
-            check_size(path, right - left + 1, bottom - top + 1)
-        at += 4 + size
-    return at + 1
-
-
-def _exr_text(data: Bytes, at: int) -> tuple[bytes, int]:
-    text, zero, _ = data[at : at + 256].tobytes().partition(b"\0")
-    if not zero:
-        raise EOFError
-    return text, at + len(text) + 1
-
-
-def _exr_offsets(data: Bytes, at: int) -> Iterator[int]:
-    """The table of blocks: it ends where the first of them begins."""
-    first = len(data)
-    while at < first:
-        offset = number(data, at, 8, "little")
-        if offset <= at or offset > len(data):  # 0 is what an interrupted writer leaves
-            raise EOFError
-        first = min(first, offset)
-        at += 8
-        yield offset
+        parts = exr_limits.exr_parts(path)
+        if any(part.deep for part in parts):
+            raise PhotographError(f"{path.name} is a deep picture. Flatten it to R, G and B.")
+        for part in parts:
+            check_size(path, part.width, part.height)
+        exr_limits.check_exr(path)
+        exr_limits.check_memory(path, parts)
+    except FileFormatError as problem:
+        raise PhotographError(str(problem)) from None

@@ -1,9 +1,12 @@
 """The steps of a plan, and the folder in which each finished one is kept, so that a render killed halfway goes on.
 
-`passes/` holds one multilayer EXR a step and `index.json`, which says what they were rendered from (a fingerprint of the
-scene, the light and the settings) and what each file's content is (size and BLAKE2b digest). A file comes first and its
-entry second, both written whole: what is in the index is finished, and a file that no longer fits its entry is damaged
-and rendered again.
+`passes/` holds one multilayer EXR a step and, beside each, its manifest: what the file's content is (size and BLAKE2b digest)
+and what it depends on (digests of the plan, and of the fingerprint of the scene, the light and the settings). A file comes first
+and its manifest second, both written whole: a step with a manifest is finished, and one whose file no longer fits it, or that was
+rendered from something else, is rendered again. So several processes and machines finish steps of a frame without sharing a file.
+
+`index.json` is written once, by whoever begins the frame, and last of what that writes: what the steps are rendered from, and
+what putting them together needs of the scene (`frame_record`).
 
 Channels of a step's file, for the n-th view layer: ``n.GROUP.R``, ``.G``, ``.B`` for every light group, ``n.alpha.V`` with a
 transparent film, and where they were asked for the features ``n.guide albedo.R`` ..., ``n.guide normal.X`` ...,
@@ -15,18 +18,20 @@ from __future__ import annotations
 
 import hashlib
 import json
-import shutil
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ..errors import RenderError
-from ..files.atomic import UNFINISHED, written_whole
+from ..errors import RenderError, SpectralDataError
+from ..files.atomic import written_whole
 from ..files.image_exr import read_channels
+from ..files.json_object import UNREADABLE, number, read_object, sentences, table, text, texts, whole
 from ..model import FloatArray
 from ..render_model import PassImage, PassPlan, RenderStep
+from .frame_record import MOST_SAMPLES, FrameRecord, record_from, record_table
 
 FEWEST_SAMPLES = 4
 """Samples below which a part of a render is too noisy: for the ratio of two wavelengths, and for a pass of its own."""
@@ -41,7 +46,8 @@ _GUIDE_CHANNELS = (
     f"{GUIDE_INDEX}.V",
 )
 
-_FORMAT = "spectral-probe-passes-2"
+_FORMAT = "spectral-probe-passes-3"
+_STEP_FORMAT = "spectral-probe-pass-1"
 
 
 # ---------------------------------------------------------------- steps
@@ -185,17 +191,35 @@ def _stacked(channels: Mapping[str, FloatArray], name: str, letters: str) -> Flo
 
 @dataclass(frozen=True)
 class FinishedStep:
-    """What the index knows of a finished step's file."""
+    """What the manifest of a finished step says.
+
+    Parameters
+    ----------
+    bytes, digest
+        Size and BLAKE2b digest of its file.
+    fingerprint, plan
+        Digests of what it was rendered from (`PassFolder.fingerprint_digest`) and of the plan (`PassFolder.plan`).
+    seconds, samples
+        What it took.
+    device
+        What Cycles rendered on.
+    warnings
+        Sentences on what was left out.
+    """
 
     bytes: int
     digest: str
+    fingerprint: str
+    plan: str
     seconds: float
     samples: int
+    device: str
+    warnings: tuple[str, ...] = ()
 
 
-@dataclass
+@dataclass(frozen=True)
 class PassFolder:
-    """The folder of a render's steps: which are finished, and what they were rendered from.
+    """The folder of a render's steps: what they are rendered from, and which are finished.
 
     Parameters
     ----------
@@ -205,91 +229,148 @@ class PassFolder:
         What the steps are rendered from, a digest for each part such as "scene" or "light".
     view_layers
         Names of the view layers in each file, in their order there.
-    finished
-        Finished steps by name.
+    plan
+        Digest of the plan's file.
+    record
+        What putting the steps together needs of the scene.
     """
 
     directory: Path
     fingerprint: Mapping[str, str]
-    view_layers: tuple[str, ...] = ()
-    finished: dict[str, FinishedStep] = field(default_factory=dict)
+    view_layers: tuple[str, ...]
+    plan: str
+    record: FrameRecord
+
+    @property
+    def fingerprint_digest(self) -> str:
+        """Digest of the whole fingerprint, by which a step tells what it was rendered from."""
+        return _digest(json.dumps(sorted(self.fingerprint.items())).encode())
 
     def path(self, name: str) -> Path:
         """The file of a step."""
         return self.directory / f"{name}.exr"
 
+    def manifest_path(self, name: str) -> Path:
+        """What says that a step's file is finished."""
+        return self.directory / f"{name}.json"
+
+    def finished(self, name: str) -> FinishedStep | None:
+        """The manifest of a step; None where it is not finished, or was rendered from something else."""
+        try:
+            entry = _finished_step(read_object(self.manifest_path(name)))
+        except UNREADABLE:
+            return None
+        return entry if (entry.fingerprint, entry.plan) == (self.fingerprint_digest, self.plan) else None
+
     def holds(self, name: str) -> bool:
         """Whether a step is finished and its file is as it was written."""
-        entry, path = self.finished.get(name), self.path(name)
-        return (
-            entry is not None
-            and path.is_file()
-            and path.stat().st_size == entry.bytes
-            and digest_of(path) == entry.digest
-        )
+        entry, path = self.finished(name), self.path(name)
+        try:
+            return (
+                entry is not None
+                and path.is_file()
+                and path.stat().st_size == entry.bytes
+                and digest_of(path) == entry.digest
+            )
+        except OSError:
+            return False
 
-    def record(self, name: str, seconds: float, samples: int) -> None:
-        """Note that a step's file is written."""
+    def finished_names(self) -> tuple[str, ...]:
+        """Names of the finished steps, whatever has become of their files since."""
+        names = sorted(path.stem for path in self.directory.glob("*.exr"))
+        return tuple(name for name in names if self.finished(name) is not None)
+
+    def note(
+        self, name: str, seconds: float, samples: int, device: str = "", warnings: Sequence[str] = ()
+    ) -> None:
+        """Write the manifest of a step whose file is written.
+
+        Raises
+        ------
+        RenderError
+            If the frame was begun anew meanwhile: the step does not belong to it.
+        """
+        now = open_pass_folder(self.directory)
+        if now is None or (now.fingerprint, now.plan) != (self.fingerprint, self.plan):
+            raise RenderError(
+                f"{self.directory.parent} was begun anew by another process meanwhile, from another scene or with other words. "
+                "Start this one again with those of the other, or choose another folder."
+            )
         path = self.path(name)
-        self.finished[name] = FinishedStep(path.stat().st_size, digest_of(path), seconds, samples)
-        self._write()
+        entry = FinishedStep(
+            path.stat().st_size, digest_of(path), self.fingerprint_digest, self.plan, seconds, samples, device,
+            tuple(warnings),
+        )  # fmt: skip
+        _write_table(self.manifest_path(name), {"format": _STEP_FORMAT, **asdict(entry)})
 
     def changes(self, fingerprint: Mapping[str, str]) -> tuple[str, ...]:
         """Parts of a fingerprint that are not those the steps were rendered from."""
         names = dict.fromkeys([*self.fingerprint, *fingerprint])
         return tuple(n for n in names if self.fingerprint.get(n) != fingerprint.get(n))
 
-    def _write(self) -> None:
+    def clear(self, *, keep: bool) -> None:
+        """Remove the index, and files of steps that do not belong to it; without `keep` all of them, finished ones too."""
+        (self.directory / INDEX_NAME).unlink(missing_ok=True)  # first: without it nothing counts
+        for path in self.directory.glob("*.exr"):
+            if not (keep and self.finished(path.stem)):
+                self.manifest_path(path.stem).unlink(missing_ok=True)
+                path.unlink()
+
+    def write_index(self) -> None:
+        """Write the index, last of what begins a frame."""
         content = {
             "format": _FORMAT,
             "fingerprint": dict(self.fingerprint),
             "view_layers": list(self.view_layers),
-            "finished": {name: asdict(entry) for name, entry in self.finished.items()},
+            "plan": self.plan,
+            "record": record_table(self.record),
         }
-        with written_whole(self.directory / INDEX_NAME) as temporary:
-            temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        _write_table(self.directory / INDEX_NAME, content)
 
 
 def open_pass_folder(directory: Path) -> PassFolder | None:
-    """The folder as an earlier render left it; None where there is none, or its index is damaged."""
+    """The folder of a frame that was begun; None where there is none, or its index is damaged or of another version."""
+    directory = Path(directory)
     try:
-        content = json.loads((Path(directory) / INDEX_NAME).read_text(encoding="utf-8"))
+        content = read_object(directory / INDEX_NAME)
         if content["format"] != _FORMAT:
             return None
         return PassFolder(
-            directory=Path(directory),
-            fingerprint={str(k): str(v) for k, v in content["fingerprint"].items()},
-            view_layers=tuple(map(str, content["view_layers"])),
-            finished={
-                str(name): FinishedStep(
-                    int(entry["bytes"]), str(entry["digest"]), float(entry["seconds"]), int(entry["samples"])
-                )
-                for name, entry in content["finished"].items()
-            },
+            directory=directory,
+            fingerprint={name: text(digest) for name, digest in table(content["fingerprint"]).items()},
+            view_layers=texts(content["view_layers"]),
+            plan=text(content["plan"]),
+            record=record_from(content["record"], directory.parent),
         )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (*UNREADABLE, SpectralDataError):
         return None
 
 
-def new_pass_folder(
-    directory: Path, fingerprint: Mapping[str, str], view_layers: Iterable[str]
-) -> PassFolder:
-    """An empty folder: steps of an earlier render in it are removed, lest the two be mixed."""
-    directory = Path(directory)
-    (directory / INDEX_NAME).unlink(missing_ok=True)  # first: without it no file counts as finished
-    for stale in directory.glob("*.exr"):
-        stale.unlink()
-    return PassFolder(directory, dict(fingerprint), tuple(view_layers))
+def _finished_step(content: Mapping[str, Any]) -> FinishedStep:
+    if content["format"] != _STEP_FORMAT:
+        raise ValueError("of another version")
+    return FinishedStep(
+        bytes=whole(content["bytes"]),
+        digest=text(content["digest"]),
+        fingerprint=text(content["fingerprint"]),
+        plan=text(content["plan"]),
+        seconds=number(content["seconds"], 0.0),
+        samples=whole(content["samples"], 1, MOST_SAMPLES),
+        device=text(content["device"]),
+        warnings=sentences(content["warnings"]),
+    )
 
 
-def remove_unfinished(directory: Path) -> None:
-    """Remove what a killed render was writing, in its folder and in that of its passes."""
-    for folder in (Path(directory), Path(directory) / "passes"):
-        for left in folder.glob(f"{UNFINISHED}*"):
-            shutil.rmtree(left, ignore_errors=True)
+def _write_table(path: Path, content: Mapping[str, Any]) -> None:
+    with written_whole(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def digest_of(path: Path) -> str:
     """BLAKE2b digest of a file's content."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=16)).hexdigest()
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.blake2b(content, digest_size=16).hexdigest()

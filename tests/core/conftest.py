@@ -128,3 +128,23 @@ def green_filter():
     band = 0.55 * np.exp(-0.5 * np.abs((WAVELENGTHS_NM - 530.0) / 27.0) ** 2.6)
     leak = 0.05 / (1.0 + np.exp(-(WAVELENGTHS_NM - 692.0) / 4.0))
     return band + leak
+
+
+@pytest.fixture
+def frame_record():
+    """What a frame of eight samples was begun with, with some of it changed."""
+    from spectral_probe.render.frame_record import FrameRecord
+    from spectral_probe.render.outputs import OutputSettings
+
+    def make(**changes):
+        return FrameRecord(
+            **{
+                "scene": "Scene", "frame": 1, "blend": "../scene.blend", "blender": "5.2.0", "samples": 8,
+                "to_rec709": np.eye(3), "denoise": False, "catchers": (), "virtual": ("Ball",), "without": False,
+                "rgb_twin": True, "twin_level": 0.5, "light_residual": 0.0, "mean_light": np.ones(61),
+                "backplates": (None, None), "frame_px": (4, 4), "outputs": OutputSettings(), "warnings": (),
+                **changes,
+            }
+        )  # fmt: skip
+
+    return make

@@ -40,12 +40,3 @@ def test_up_stays_up(denoise):
     result = denoise.denoised(image)
     assert result[:5].mean() > 0.9
     assert result[-5:].mean() < 0.15
-
-
-def test_the_scene_decides_unless_asked(scene, denoise):
-    scene.cycles.use_denoising = True
-    assert denoise.wants_denoising(scene, None)
-    assert not denoise.wants_denoising(scene, False)
-    scene.cycles.use_denoising = False
-    assert not denoise.wants_denoising(scene, None)
-    assert denoise.wants_denoising(scene, True)

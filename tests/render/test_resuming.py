@@ -72,12 +72,25 @@ def test_a_damaged_pass_is_rendered_again(render, xyz, damage):
     np.testing.assert_array_equal(xyz(again), whole)
 
 
-def test_with_a_damaged_plan_all_is_rendered_again(render, xyz, tmp_path):
+@pytest.mark.parametrize("name", ["plan.json", "passes/index.json"])
+def test_a_damaged_plan_or_index_is_made_again(render, xyz, tmp_path, name):
+    """By the same scene and light it is the same, and the passes belong to it still."""
     whole = xyz(render())
-    (tmp_path / "out" / "plan.json").write_text("{}")
+    before = (tmp_path / "out" / name).read_bytes()
+    (tmp_path / "out" / name).write_text("{}")
     again = render()
-    assert again.steps_kept == 0
+    assert again.steps_kept == len(again.passes)
+    assert (tmp_path / "out" / name).read_bytes() == before
     np.testing.assert_array_equal(xyz(again), whole)
+
+
+def test_passes_of_another_plan_are_not_taken(render, tmp_path):
+    render()
+    (tmp_path / "out" / "plan.json").unlink()
+    again = render(passes=4)
+    assert again.steps_kept == 0
+    stray = {path.stem for path in (tmp_path / "out" / "passes").iterdir()} - {p.stem for p in again.passes}
+    assert stray == {"index"}
 
 
 def test_files_of_others_stay_in_the_folder(render, tmp_path):

@@ -18,7 +18,7 @@ from spectral_probe.model import Camera
 from spectral_probe.photo.read import srgb_to_linear
 from spectral_probe.photo.response import KNOTS
 from spectral_probe.render.outputs import DENOISED_NOTE, picture_header, picture_rgb
-from spectral_probe.render.pass_folder import new_pass_folder, render_steps
+from spectral_probe.render.pass_folder import PassFolder, digest_of, render_steps
 from spectral_probe.render.plan import reference_plan
 from spectral_probe.render.plan_file import save_plan
 from spectral_probe.spectra.camera import camera_sensitivities
@@ -147,7 +147,7 @@ def test_exposure_scales_the_render_and_not_the_plate(render, tmp_path):
 
 
 @pytest.fixture
-def nikon_render(render) -> tuple[Path, np.ndarray]:
+def nikon_render(render, frame_record) -> tuple[Path, np.ndarray]:
     """The same render with its passes, of spectra of a reddish light; and the camera's response to radiance 1."""
     cover, light = scene()
     spectrum = np.linspace(0.004, 0.012, 61)
@@ -156,12 +156,14 @@ def nikon_render(render) -> tuple[Path, np.ndarray]:
     for name, image in images.items():
         folder = render / name
         save_plan(plan, folder / "plan.json")
-        passes = new_pass_folder(folder / "passes", {"samples": "8"}, ["ViewLayer"])
+        digest = digest_of(folder / "plan.json")
+        passes = PassFolder(folder / "passes", {}, ("ViewLayer",), digest, frame_record())
+        passes.write_index()
         for step in render_steps(plan, 8):
             at = np.interp(plan.wavelengths_nm[step.pass_number], plan.grid_nm, spectrum)
             planes = {f"0.world.{c}": np.float32(image * at[i]) for i, c in enumerate("RGB")}
             write_channels(passes.path(step.name), planes | {"0.alpha.V": np.ones((SIZE, SIZE), np.float32)})
-            passes.record(step.name, 1.0, step.samples)
+            passes.note(step.name, 1.0, step.samples)
         write_part(folder, image[..., None] * xyz_to_rec709(spectra_to_xyz(spectrum)), np.ones((SIZE, SIZE)))
     return render, spectrum @ camera_sensitivities(NIKON) * STEP_NM
 

@@ -8,13 +8,14 @@ import pytest
 
 from spectral_probe.errors import FileFormatError, RenderError
 from spectral_probe.files.image_exr import write_channels
+from spectral_probe.render.frame_record import record_table
+from spectral_probe.render.outputs import output_settings
 from spectral_probe.render.pass_folder import (
     INDEX_NAME,
-    new_pass_folder,
+    PassFolder,
     open_pass_folder,
     pass_samples,
     read_pass,
-    remove_unfinished,
     render_steps,
     sequence_samples,
 )
@@ -70,21 +71,29 @@ def test_full_passes_are_one_step_each():
 
 
 @pytest.fixture
-def folder(tmp_path):
+def folder(tmp_path, frame_record):
     """Two finished steps."""
-    folder = new_pass_folder(tmp_path / "passes", {"scene": "a", "light": "b"}, ["Layer.1", "é"])
+    fingerprint = {"scene": "a", "light": "b"}
+    folder = PassFolder(tmp_path / "passes", fingerprint, ("Layer.1", "é"), "plan", frame_record())
+    folder.write_index()
     for number, name in enumerate(("pass_00", "pass_01")):
         channels = {f"0.{WORLD}.{c}": np.full((4, 4), number + 1.0, np.float32) for c in "RGBA"}
         write_channels(folder.path(name), channels)
-        folder.record(name, 1.5, 8)
+        folder.note(name, 1.5, 8, "CPU", ["what was left out"])
     return folder
 
 
-def test_what_was_recorded_is_found_again(folder):
+def test_what_was_noted_is_found_again(folder):
     again = open_pass_folder(folder.directory)
-    assert again == folder
+    assert record_table(again.record) == record_table(folder.record)
+    assert (again.fingerprint, again.view_layers) == (folder.fingerprint, folder.view_layers)
+    assert again.finished_names() == ("pass_00", "pass_01")
     assert again.holds("pass_00")
     assert not again.holds("pass_02")
+    assert again.finished("pass_02") is None
+    entry = again.finished("pass_00")
+    assert (entry.seconds, entry.samples, entry.device) == (1.5, 8, "CPU")
+    assert entry.warnings == ("what was left out",)
     assert again.changes({"scene": "a", "light": "b"}) == ()
     assert again.changes({"scene": "a", "light": "c", "samples": "9"}) == ("light", "samples")
 
@@ -95,11 +104,19 @@ def _flip(path):
     path.write_bytes(content)
 
 
+def _cut(path):
+    path.write_bytes(path.read_bytes()[:-1])
+
+
+def _in_its_place_a_folder(path):
+    path.unlink()
+    path.mkdir()
+
+
 @pytest.mark.parametrize(
-    "damage",
-    [_flip, lambda p: p.write_bytes(p.read_bytes()[:-1]), lambda p: p.unlink(), lambda p: p.write_bytes(b"")],
-    ids=["flipped", "cut", "gone", "empty"],
-)
+    "damage", [_flip, _cut, lambda p: p.unlink(), lambda p: p.write_bytes(b""), _in_its_place_a_folder],
+    ids=["flipped", "cut", "gone", "empty", "folder"],
+)  # fmt: skip
 def test_damage_is_seen(folder, damage):
     damage(folder.path("pass_01"))
     again = open_pass_folder(folder.directory)
@@ -107,27 +124,107 @@ def test_damage_is_seen(folder, damage):
     assert not again.holds("pass_01")
 
 
-@pytest.mark.parametrize(
-    "content", ["", "{", "[]", "null", '{"format": "other"}', '{"format": "spectral-probe-passes-2"}']
-)
-def test_a_damaged_index_knows_nothing(folder, content):
-    (folder.directory / INDEX_NAME).write_text(content)
+@pytest.mark.parametrize("changed", [{"fingerprint": {"scene": "other"}}, {"plan": "other"}])
+def test_a_step_of_another_scene_or_plan_is_not_finished(folder, changed):
+    other = replace(folder, **changed)
+    assert not other.holds("pass_00")
+    assert other.finished_names() == ()
+    with pytest.raises(RenderError, match="begun anew by another process meanwhile"):
+        other.note("pass_00", 1.0, 8)
+    assert folder.holds("pass_00")
+
+
+HOSTILE = [
+    b"",
+    b"{",
+    b"[]",
+    b"null",
+    b"\xff\xfe",
+    b"[" * 100_000,
+    b'{"format": "spectral-probe-passes-2"}',
+    b"3",
+    b'"x"',
+]
+
+
+@pytest.mark.parametrize("content", HOSTILE)
+def test_damaged_files_know_nothing(folder, content):
+    folder.manifest_path("pass_01").write_bytes(content)
+    assert folder.finished_names() == ("pass_00",)
+    (folder.directory / INDEX_NAME).write_bytes(content)
     assert open_pass_folder(folder.directory) is None
 
 
-def test_an_entry_of_the_wrong_kind_knows_nothing(folder):
-    index = folder.directory / INDEX_NAME
-    content = json.loads(index.read_text())
-    content["finished"] = {"pass_00": 3}
-    index.write_text(json.dumps(content))
+WRONG = [None, True, -1, 10**400, 1e400, "text", [], {}, [None], {"a": []}, [[1.0] * 3] * 3, "\x1b[2J"]
+
+
+def _paths(content, path=()):
+    """All entries of nested JSON, by the way to them."""
+    for key in (
+        content if isinstance(content, dict) else range(len(content)) if isinstance(content, list) else ()
+    ):
+        yield (*path, key)
+        yield from _paths(content[key], (*path, key))
+
+
+@pytest.mark.parametrize("name", [INDEX_NAME, "pass_00.json"])
+def test_every_entry_may_be_of_any_kind(folder, name):
+    """Nothing raises: what is of the wrong kind makes the file one that is not there."""
+    path = folder.directory / name
+    content = json.loads(path.read_text())
+    for way in list(_paths(content)):
+        for wrong in [*WRONG, "gone"]:
+            changed = json.loads(json.dumps(content))
+            *above, last = way
+            holder = changed
+            for key in above:
+                holder = holder[key]
+            if wrong == "gone":
+                del holder[last]
+            else:
+                holder[last] = wrong
+            path.write_text(json.dumps(changed))
+            again = open_pass_folder(folder.directory)
+            if again is not None:
+                assert again.record.samples > 0
+                again.holds("pass_00")
+
+
+def test_a_number_of_the_wrong_kind_is_refused(folder):
+    path = folder.directory / INDEX_NAME
+    content = json.loads(path.read_text())
+    for key, value in (
+        ("samples", "8"),
+        ("samples", 0),
+        ("twin_level", None),
+        ("to_rec709", [[0.0] * 3] * 3),
+    ):
+        path.write_text(json.dumps({**content, "record": {**content["record"], key: value}}))
+        assert open_pass_folder(folder.directory) is None
+
+
+def test_what_does_not_belong_to_it_is_removed(folder):
+    (folder.directory / "notes.txt").write_text("mine")
+    folder.clear(keep=True)
     assert open_pass_folder(folder.directory) is None
+    assert folder.holds("pass_00")
+    replace(folder, plan="other").clear(keep=True)
+    assert [path.name for path in folder.directory.iterdir()] == ["notes.txt"]
 
 
-def test_a_new_folder_holds_nothing_of_the_old(folder):
-    fresh = new_pass_folder(folder.directory, folder.fingerprint, folder.view_layers)
-    assert not fresh.holds("pass_00")
+def test_nothing_is_kept_where_all_is_to_be_rendered_anew(folder):
+    folder.clear(keep=False)
     assert list(folder.directory.iterdir()) == []
-    assert open_pass_folder(folder.directory) is None
+
+
+@pytest.mark.parametrize(
+    ("begun", "now", "result"),
+    [(None, None, True), (None, False, False), (False, None, False), (False, True, True)],
+)
+def test_the_scene_decides_on_denoising_unless_asked(frame_record, begun, now, result):
+    record = frame_record(denoise=True, outputs=output_settings(denoise=begun, white="A"))
+    found = record.outputs_for(output_settings(denoise=now, spectral=True))
+    assert (found.denoise, found.spectral, found.white.stated) == (result, True, "A")
 
 
 def test_groups_alpha_and_guide_of_a_layer(tmp_path):
@@ -152,13 +249,3 @@ def test_groups_alpha_and_guide_of_a_layer(tmp_path):
         read_pass(tmp_path / "pass.exr", 2)
     with pytest.raises(FileFormatError):
         read_pass(tmp_path / "gone.exr")
-
-
-def test_what_a_killed_render_was_writing_is_removed(tmp_path):
-    for folder in (tmp_path, tmp_path / "passes"):
-        (folder / ".writing-abc").mkdir(parents=True)
-        (folder / ".writing-abc" / "half.exr").write_bytes(b"half")
-        (folder / "whole.exr").write_bytes(b"whole")
-    remove_unfinished(tmp_path)
-    left = sorted(path.name for path in tmp_path.rglob("*"))
-    assert left == ["passes", "whole.exr", "whole.exr"]
