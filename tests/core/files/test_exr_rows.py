@@ -35,9 +35,10 @@ def few_rows(monkeypatch):
     monkeypatch.setattr(exr_rows, "_BYTES_AT_A_TIME", 20_000)
 
 
+@pytest.mark.usefixtures("few_rows")
 @pytest.mark.parametrize("compression", ["ZIP", "ZIPS", "RLE", "NO"])
 @pytest.mark.parametrize("size", [(1, 1), (16, 40), (17, 40), (100, 333), (7, 5000)])
-def test_rows_make_the_file_that_the_library_writes_whole(size, compression, tmp_path, few_rows):
+def test_rows_make_the_file_that_the_library_writes_whole(size, compression, tmp_path):
     channels = planes(*size)
     attributes = HEADER | {
         "compression": getattr(OpenEXR, f"{compression}_COMPRESSION"),
@@ -48,8 +49,9 @@ def test_rows_make_the_file_that_the_library_writes_whole(size, compression, tmp
     assert (tmp_path / "rows.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
 
 
+@pytest.mark.usefixtures("few_rows")
 @pytest.mark.parametrize("size", [(1, 1), (100, 333)])
-def test_rows_read_are_those_of_the_whole_image(size, tmp_path, few_rows):
+def test_rows_read_are_those_of_the_whole_image(size, tmp_path):
     channels = planes(*size)
     write_channels(tmp_path / "a.exr", channels, HEADER)
     whole, header = read_channels(tmp_path / "a.exr")
@@ -103,7 +105,8 @@ def test_damaged_rows_are_one_sentence(tmp_path):
         image.read(image.names, slice(0, 100))
 
 
-def test_what_fails_while_rows_are_made_leaves_nothing(tmp_path, few_rows):
+@pytest.mark.usefixtures("few_rows")
+def test_what_fails_while_rows_are_made_leaves_nothing(tmp_path):
     def make(rows):
         if rows.start > 50:
             raise RuntimeError("no more")
