@@ -2,8 +2,7 @@
 
 The OpenEXR library encodes whole images. A file of scan lines is a header, a table of where the chunks of 1 or 16 lines begin,
 and the chunks (OpenEXR, "File Layout"), each encoded by itself: so the library encodes a few rows as a small image, and its
-chunks are put behind one another under the first one's header. The file is to the byte what the library writes of the whole
-image.
+chunks are put behind one another under the first one's header. The file is to the byte what the library makes of it whole.
 """
 
 from __future__ import annotations
@@ -203,7 +202,7 @@ class ExrRows:
                 found = self._file.channels(list(names), scanLine1=first, scanLine2=last)
         except (OSError, RuntimeError):
             raise FileFormatError(
-                f"{self._name} is cut short: its pixels cannot be read. Write it again."
+                f"{self._name} is damaged or cut short: its pixels cannot be read. Write it again."
             ) from None
         shape = (rows.stop - rows.start, self.width)
         return {
