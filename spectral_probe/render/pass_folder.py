@@ -48,6 +48,8 @@ _GUIDE_CHANNELS = (
     f"{GUIDE_INDEX}.V",
 )
 
+MOST_VIEW_LAYERS = 1024
+
 _FORMAT = "spectral-probe-passes-3"
 _STEP_FORMAT = "spectral-probe-pass-1"
 
@@ -345,12 +347,19 @@ def open_pass_folder(directory: Path) -> PassFolder | None:
         return PassFolder(
             directory=directory,
             fingerprint={name: text(digest) for name, digest in table(content["fingerprint"]).items()},
-            view_layers=texts(content["view_layers"]),
+            view_layers=_layer_names(content["view_layers"]),
             plan=text(content["plan"]),
             record=record_from(content["record"], directory.parent),
         )
     except (*UNREADABLE, SpectralDataError):
         return None
+
+
+def _layer_names(kept: Any) -> tuple[str, ...]:
+    names = texts(kept)
+    if not 0 < len(names) <= MOST_VIEW_LAYERS:
+        raise ValueError("no view layers, or too many")
+    return names
 
 
 def _finished_step(content: Mapping[str, Any]) -> FinishedStep:
