@@ -277,7 +277,7 @@ def _calibrate(arguments: argparse.Namespace) -> Job[Numbers]:
 # ---------------------------------------------------------------- what the person sees
 
 
-def _tell(numbers: Numbers, arguments: argparse.Namespace) -> None:
+def _tell(numbers: Mapping[str, Any], arguments: argparse.Namespace) -> None:
     sys.stdout.write(json.dumps(numbers) + "\n" if arguments.json else _told(numbers))
     sys.stdout.flush()
 
