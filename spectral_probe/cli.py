@@ -30,7 +30,7 @@ from . import (
 )
 from .cli_numbers import positive_number, whole_number
 from .cli_progress import SchedulerLines, Terminated, add_openjd_word, ended_by_signal, with_progress
-from .errors import PartlyFailedError, SpectralProbeError
+from .errors import PartlyFailedError, SpectralProbeError, printable
 from .library_commands import EXAMPLE, add_words, library
 from .model import Job
 
@@ -286,7 +286,7 @@ def _told(numbers: Mapping[str, Any], indent: str = "") -> str:
     """Numbers as lines of text; tables within them are indented, lists of tables numbered."""
     lines = ""
     for key, value in numbers.items():
-        name = key.replace("_", " ")
+        name = printable(key).replace("_", " ")
         if isinstance(value, dict):
             lines += f"{indent}{name}:\n{_told(value, indent + '  ')}"
         elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
@@ -295,7 +295,9 @@ def _told(numbers: Mapping[str, Any], indent: str = "") -> str:
         elif (
             isinstance(value, list) and value and all(isinstance(item, str) and " " in item for item in value)
         ):
-            lines += f"{indent}{name}:\n" + "".join(f"{indent}  {sentence}\n" for sentence in value)
+            lines += f"{indent}{name}:\n" + "".join(
+                f"{indent}  {printable(sentence)}\n" for sentence in value
+            )
         else:
             lines += f"{indent}{name}: {_plain(value)}\n"
     return lines
@@ -309,7 +311,7 @@ def _plain(value: object) -> str:
         if len(numbers) > _MOST_NUMBERS:
             return f"{len(numbers)} numbers, {_plain(min(numbers))} to {_plain(max(numbers))}"
         return ", ".join(_plain(item) for item in value)
-    return "-" if value is None else str(value)
+    return "-" if value is None else printable(str(value))
 
 
 def _numbers_in(value: object) -> list[float]:

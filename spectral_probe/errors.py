@@ -13,6 +13,27 @@ from typing import Any
 class SpectralProbeError(Exception):
     """Something the user can put right; the message says how."""
 
+    def __str__(self) -> str:
+        r"""The message in one line, without what would move a terminal's cursor: names in it may come from anybody's file.
+
+        Examples
+        --------
+        >>> str(SpectralProbeError("There is no file a\nb\x1b[2J."))
+        'There is no file a b [2J.'
+        """
+        return printable(super().__str__())
+
+
+def printable(text: str) -> str:
+    r"""A text without anything that is not printed: line ends, control characters, halves of characters.
+
+    Examples
+    --------
+    >>> printable("a\tb\ud800c")
+    'a b c'
+    """
+    return "".join(letter if letter.isprintable() else " " for letter in text)
+
 
 class CaptureError(SpectralProbeError):
     """The capture file, or what it asks for, cannot be used."""

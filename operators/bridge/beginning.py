@@ -18,10 +18,11 @@ from ...spectral_probe.files.atomic import remove_leftovers, written_whole
 from ...spectral_probe.light_choice import mean_light
 from ...spectral_probe.model import Job, Progress, SpectralPanorama
 from ...spectral_probe.render.frame_record import FrameRecord
+from ...spectral_probe.render.light_file import save_light_sets
 from ...spectral_probe.render.outputs import OutputSettings
 from ...spectral_probe.render.pass_folder import INDEX_NAME, PassFolder, digest_of, open_pass_folder
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
-from ...spectral_probe.render_model import PassPlan
+from ...spectral_probe.render_model import LightSet, PassPlan
 from ...spectral_probe.work import worked
 from .assembling import PLAN_NAME, remove_pictures, told_where_not_written
 from .backplate import backplates_of
@@ -59,15 +60,24 @@ class FrameWords:
 
 @dataclass(frozen=True)
 class _Planned:
-    """A plan, what its light layers lack, and whether lamps or materials shine beside the world."""
+    """A plan, what its light layers lack, whether lamps or materials shine beside the world, and the layers."""
 
     plan: PassPlan
     residual: float
     emits: bool
+    sets: tuple[LightSet, ...] = ()
 
 
-def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: FrameWords) -> Job[Frame]:
+def begin(
+    scene: bpy.types.Scene,
+    planner: Planner,
+    directory: Path,
+    words: FrameWords,
+    light_folder: Path | None = None,
+) -> Job[Frame]:
     """Begin a frame in its folder, or go on with it; the folder's lock is the caller's.
+
+    Light layers are written into `light_folder`, where other tasks are to read them.
 
     Raises
     ------
@@ -82,6 +92,9 @@ def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: Fram
     plan = None if earlier is None else load_plan(directory / PLAN_NAME)
     made = yield from _plan(scene, planner, plan)
     record = yield from _record(scene, planner, found, made, words, directory)
+    if light_folder is not None and made.sets and planner.probe is not None:
+        save = partial(save_light_sets, made.sets, light_folder)
+        record = replace(record, light=(yield from worked(Progress(0.0, PLANNING), save)))
     layers = tuple(layer.name for layer in enabled_layers(scene))
     with told_where_not_written(directory):
         if earlier is None:
@@ -89,7 +102,9 @@ def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: Fram
         else:
             level = earlier.record.twin_level or record.twin_level
             kept = earlier.record.samples
-            record = replace(record, samples=kept, twin_level=level if words.rgb_twin else None)
+            record = replace(
+                record, samples=kept, twin_level=level if words.rgb_twin else None, light=earlier.record.light
+            )
             whole = replace(earlier, record=record)
             remove_pictures(directory, earlier.view_layers)
         folders = [whole]
@@ -141,7 +156,7 @@ def _plan(scene: bpy.types.Scene, planner: Planner, kept: PassPlan | None) -> Jo
     """The plan, as it is or made now, checked against the scene's light."""
     progress = Progress(0.0, PLANNING)
     level = yield from worked(progress, partial(light_level, planner.probe))
-    plan, residual = kept or planner.given, 0.0
+    plan, residual, sets = kept or planner.given, 0.0, tuple[LightSet, ...]()
     of_layers = plan.kind == "light-basis" if plan else planner.request.passes != "all"
     with translated(scene, planner.probe, of_layers, level) as (materials, world):
         seen = contents(scene)
@@ -157,7 +172,7 @@ def _plan(scene: bpy.types.Scene, planner: Planner, kept: PassPlan | None) -> Jo
         emits = bool(materials.emitters)
     if plan.kind == "wavelength" and kept is None:  # the passes there are were divided by their own level
         plan = WavelengthLight(planner.probe, level, []).checked(plan)
-    return _Planned(plan, residual, emits)
+    return _Planned(plan, residual, emits, sets)
 
 
 def _record(

@@ -10,6 +10,7 @@ import bpy
 from ...spectral_probe.errors import FolderBusyError
 from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.frame_steps import FrameStep, chosen_steps
+from ...spectral_probe.render.light_file import LIGHT_FOLDER
 from ...spectral_probe.render.pass_folder import PassFolder
 from ...spectral_probe.render.share import Share
 from .beginning import PLANNING, FrameWords, begin, joined
@@ -111,7 +112,7 @@ def _begun(
                 told = (
                     replace(words, on_change="refuse") if same else words
                 )  # only other outputs are asked for
-                return (yield from begin(scene, planner, directory, told))
+                return (yield from begin(scene, planner, directory, told, directory.parent / LIGHT_FOLDER))
 
 
 def _changes(

@@ -111,6 +111,7 @@ def move_out(folder: Path, directory: Path) -> None:
         ValueError,
         KeyError,
         TypeError,
+        RecursionError,
     ):  # cut short with the machine: written before all else took its place
         (folder / MARK_NAME).unlink()
         return

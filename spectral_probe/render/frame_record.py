@@ -5,6 +5,7 @@ It stands in `passes/index.json` (`pass_folder`), from which other processes and
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,6 +66,8 @@ class FrameRecord:
         The words of the command line that began it: light, plan and outputs; none where it was begun in a window.
     files
         Digest of the .blend and of the files that it names, where the scene was just opened from it; else "".
+    light
+        Name of the light layers that tasks share (`light_file`); "" where there are none.
     """
 
     scene: str
@@ -87,6 +90,7 @@ class FrameRecord:
     warnings: tuple[str, ...]
     words: tuple[str, ...] = ()
     files: str = ""
+    light: str = ""
 
     def outputs_for(self, asked: OutputSettings | None = None) -> OutputSettings:
         """What is written: as was said when the frame was begun, but for what is asked for now.
@@ -130,6 +134,7 @@ def record_table(record: FrameRecord) -> dict[str, Any]:
         "warnings": list(record.warnings),
         "words": list(record.words),
         "files": record.files,
+        "light": record.light,
     }
 
 
@@ -175,7 +180,16 @@ def record_from(kept: Any, folder: Path) -> FrameRecord:
         warnings=sentences(kept["warnings"]),
         words=sentences(kept["words"]),
         files=text(kept["files"]),
+        light=_light_name(kept["light"]),
     )
+
+
+def _light_name(kept: Any) -> str:
+    """The name of a file in the folder of light layers, and of none elsewhere."""
+    name = text(kept)
+    if name and not re.fullmatch(r"[0-9a-f]{32}", name):
+        raise ValueError("no name of light layers")
+    return name
 
 
 def _outputs_from(kept: Any) -> OutputSettings:

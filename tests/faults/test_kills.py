@@ -151,7 +151,7 @@ def program(request, tmp_path_factory):
 
 def test_a_killed_program_goes_on_as_if_nothing_had_been(request, program, trial, kills, tmp_path):
     name = request.node.callspec.params["program"]
-    chance = random.Random(f"{name} {trial}")  # noqa: S311  (moments, no secrets)
+    chance = random.Random(f"{name} {trial}")
     out = tmp_path / "out"
     before = [digest(path) for path in program.inputs]
     share = (trial + chance.random()) / trials_of(name, kills)
