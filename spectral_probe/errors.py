@@ -6,6 +6,9 @@ exits with 2; a Blender operator reports it. Any other exception is a defect and
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 
 class SpectralProbeError(Exception):
     """Something the user can put right; the message says how."""
@@ -58,3 +61,19 @@ class FolderBusyError(FileFormatError):
 
 class RenderError(SpectralProbeError):
     """The scene cannot be rendered as asked."""
+
+
+class PartlyFailedError(SpectralProbeError):
+    """Some of many things could not be done, and the others were.
+
+    Parameters
+    ----------
+    failures
+        A line for each that could not.
+    numbers
+        What is told of all.
+    """
+
+    def __init__(self, failures: Sequence[str], numbers: Mapping[str, Any]) -> None:
+        super().__init__("\n".join(failures))
+        self.numbers = numbers

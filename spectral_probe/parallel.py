@@ -40,16 +40,17 @@ def in_parallel[Part, Result](work: Callable[[Part], Result], parts: Sequence[Pa
         cv2.setNumThreads(threads)
 
 
-def row_blocks(width: int) -> list[slice]:
-    """The rows of a panorama in parts that fit a processor's cache.
+def row_blocks(width: int, height: int | None = None) -> list[slice]:
+    """The rows of a panorama, or of an image of a height, in parts that fit a processor's cache.
 
     Examples
     --------
     >>> row_blocks(1024)
     [slice(0, 128, None), slice(128, 256, None), slice(256, 384, None), slice(384, 512, None)]
     """
+    rows = width // 2 if height is None else height
     step = max(4, _TEXELS_AT_A_TIME // width // 4 * 4)
-    return [slice(start, min(start + step, width // 2)) for start in range(0, width // 2, step)]
+    return [slice(start, min(start + step, rows)) for start in range(0, rows, step)]
 
 
 def product(matrix: FloatArray, columns: FloatArray) -> FloatArray:

@@ -12,8 +12,9 @@ import OpenEXR
 
 from ..errors import FileFormatError
 from ..model import FloatArray
-from .atomic import written_whole
-from .exr_limits import check_readable
+from .atomic import destined, written_whole
+from .exr_limits import check_exr, check_readable
+from .exr_rows import ExrRows, MakeRows, encode_rows
 from .silence import libraries_silenced
 
 type Header = dict[str, Any]
@@ -36,21 +37,47 @@ def write_channels(path: Path, channels: Mapping[str, Any], header: Mapping[str,
     FileFormatError
         If it cannot be written there, as on a full disk.
     """
+    size = next((np.shape(channel) for channel in channels.values()), (0, 0))
+    write_rows(
+        path, (size[0], size[1]), lambda rows: {name: plane[rows] for name, plane in channels.items()}, header
+    )
+
+
+def write_rows(
+    path: Path, size: tuple[int, int], make: MakeRows, header: Mapping[str, Any] | None = None
+) -> None:
+    """Write an OpenEXR image whose rows are made some at a time, whole or not at all: it may be larger than the memory.
+
+    Parameters
+    ----------
+    path
+        The file.
+    size
+        Height and width in pixels.
+    make
+        Gives the channels (h, W) of some rows by name, in threads and not always in order.
+    header
+        Attributes: text or numbers.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be written there, as on a full disk.
+    """
     attributes: Header = {
         "compression": OpenEXR.ZIP_COMPRESSION,
         "type": OpenEXR.scanlineimage,
         **(header or {}),
     }
-    pixels = {name: np.ascontiguousarray(channel) for name, channel in channels.items()}
     with written_whole(path) as temporary:
-        file = OpenEXR.File(attributes, pixels)
         try:
-            file.write(str(temporary))
-        except RuntimeError as problem:
-            why = str(problem).rpartition('". ')[2].rstrip(".")
+            with temporary.open("wb") as file:
+                encode_rows(file, size, make, attributes)
+        except OSError as problem:
             free = shutil.disk_usage(temporary.parent).free / 1e6
             raise FileFormatError(
-                f"{path} cannot be written ({why}); {free:.0f} MB are free there. Make room, or choose another place."
+                f"{destined(path)} cannot be written ({problem.strerror or problem}); {free:.0f} MB are free there. "
+                "Make room, or choose another place."
             ) from None
 
 
@@ -63,8 +90,7 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
         If the file is missing or is not OpenEXR.
     """
     path = Path(path)
-    if not path.is_file():
-        raise FileFormatError(f"There is no file {path}. Check the path.")
+    _check_there(path)
     check_readable(path)
     try:
         with libraries_silenced():
@@ -79,6 +105,25 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
             f"{path.name} is cut short or broken: its pixels cannot be read. Write it again."
         ) from None
     return {name: channel.pixels for name, channel in channels.items()}, dict(header)
+
+
+def open_rows(path: Path) -> ExrRows:
+    """An OpenEXR image to be read some rows at a time.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing or is not OpenEXR.
+    """
+    path = Path(path)
+    _check_there(path)
+    check_exr(path)
+    return ExrRows(path)
+
+
+def _check_there(path: Path) -> None:
+    if not path.is_file():
+        raise FileFormatError(f"There is no file {path}. Check the path.")
 
 
 def write_rgb(

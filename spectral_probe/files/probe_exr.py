@@ -11,13 +11,16 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileFormatError
-from ..model import Edit, FloatArray, SpectralPanorama
+from ..model import Edit, SpectralPanorama
 from ..render_model import LightLayers
-from .image_exr import read_channels, write_channels, write_rgb
+from .exr_rows import ExrRows
+from .image_exr import open_rows, write_rgb, write_rows
 from .json_object import UNREADABLE
 
 _PROBE_HEADER = "spectralProbe"
 _LAYERS_HEADER = "spectralProbeLayers"
+
+_ERROR = "direction_error"
 
 _LARGEST = 1e30
 """Basis functions are of about unit norm; larger numbers than this are damage."""
@@ -32,15 +35,6 @@ def write_probe(path: Path, panorama: SpectralPanorama) -> None:
     Where it is known, the standard error of the directions goes into the channel direction_error, in radians. Header entries are
     JSON, whose decimal numbers give back a double precision number to the bit.
     """
-    weights = np.asarray(panorama.weights, np.float32)
-    channels = {f"eps.{k}": weights[..., k] for k in range(weights.shape[-1])}
-    channels |= {
-        "valid": panorama.valid.astype(np.float32),
-        "confidence": np.asarray(panorama.confidence, np.float32),
-        "basis_index": panorama.basis_index.astype(np.float32),
-    }
-    if panorama.direction_error_rad is not None:
-        channels["direction_error"] = np.asarray(panorama.direction_error_rad, np.float32)
     header = {
         **panorama.further,
         "version": 1,
@@ -50,7 +44,21 @@ def write_probe(path: Path, panorama: SpectralPanorama) -> None:
         "edits": [_edit_entry(edit) for edit in panorama.edits],
         "derived_bases": [list(stack) for stack in panorama.derived_bases],
     }
-    write_channels(path, channels, {_PROBE_HEADER: json.dumps(header)})
+
+    def rows_of(rows: slice) -> dict[str, Any]:
+        weights = np.asarray(panorama.weights[rows], np.float32)
+        channels = {f"eps.{k}": weights[..., k] for k in range(weights.shape[-1])}
+        channels |= {
+            "valid": panorama.valid[rows].astype(np.float32),
+            "confidence": np.asarray(panorama.confidence[rows], np.float32),
+            "basis_index": panorama.basis_index[rows].astype(np.float32),
+        }
+        if panorama.direction_error_rad is not None:
+            channels[_ERROR] = np.asarray(panorama.direction_error_rad[rows], np.float32)
+        return channels
+
+    height, width = panorama.valid.shape
+    write_rows(path, (height, width), rows_of, {_PROBE_HEADER: json.dumps(header)})
 
 
 def read_probe(path: Path) -> SpectralPanorama:
@@ -63,30 +71,26 @@ def read_probe(path: Path) -> SpectralPanorama:
     FileFormatError
         If the file is missing, is no probe, or is damaged.
     """
-    channels, header = read_channels(path)
-    data = _header(header, _PROBE_HEADER, path)
-    try:
-        panorama = _panorama(channels, data)
-    except UNREADABLE:
-        raise FileFormatError(
-            f"{Path(path).name} is a damaged probe. Build it again from its capture."
-        ) from None
-    return panorama
+    with open_rows(path) as image:
+        data = _header(image.header, _PROBE_HEADER, path)
+        try:
+            return _panorama(image, data)
+        except UNREADABLE:
+            raise FileFormatError(
+                f"{Path(path).name} is a damaged probe. Build it again from its capture."
+            ) from None
 
 
-def _panorama(channels: Mapping[str, Any], data: Mapping[str, Any]) -> SpectralPanorama:
-    """The panorama of a file's channels and header; ValueError and the like where they do not fit."""
+def _panorama(image: ExrRows, data: Mapping[str, Any]) -> SpectralPanorama:
+    """The panorama of a file's rows and header; ValueError and the like where they do not fit."""
     bases = np.asarray(data["bases"], float)
     wavelengths = np.asarray(data["wavelengths_nm"], float)
     edits = tuple(_edit(entry, len(wavelengths)) for entry in data.get("edits", ()))
     derived = tuple(tuple(map(operator.index, stack)) for stack in data.get("derived_bases", ()))
-    index = np.rint(channels["basis_index"])
     if bases.ndim != 3 or bases.shape[-1] != len(wavelengths) or not (np.abs(bases) < _LARGEST).all():
         raise ValueError("the bases do not fit the wavelengths")
     if not (wavelengths[0] > 0 and np.isfinite(wavelengths[-1]) and (np.diff(wavelengths) > 0).all()):
         raise ValueError("the wavelengths do not ascend")
-    if not ((index >= 0) & (index < len(bases))).all():
-        raise ValueError("a texel has a basis that is not there")
     recovered = len(bases) - len(derived)
     if recovered < 1 or any(
         len(stack) < 2
@@ -95,24 +99,46 @@ def _panorama(channels: Mapping[str, Any], data: Mapping[str, Any]) -> SpectralP
         for stack in derived
     ):
         raise ValueError("a derived basis comes from nothing")
-    error = channels.get("direction_error")
-    weights = np.stack([channels[f"eps.{k}"] for k in range(bases.shape[1])], axis=-1).astype(np.float32)
-    confidence = np.asarray(channels["confidence"], np.float32)
-    if not (np.isfinite(weights).all() and np.isfinite(confidence).all()):
-        raise ValueError("a texel is not a number")
     return SpectralPanorama(
-        weights=weights,
+        **_texels(image, *bases.shape[:2]),
         bases=bases,
-        basis_index=index.astype(np.uint8),
         wavelengths_nm=wavelengths,
-        valid=np.asarray(channels["valid"]) > 0.5,
-        confidence=confidence,
         provenance={str(key): str(value) for key, value in data.get("provenance", {}).items()},
-        direction_error_rad=None if error is None else np.asarray(error, np.float32),
         edits=edits,
         derived_bases=derived,
         further={key: value for key, value in data.items() if key not in _KNOWN_ENTRIES},
     )
+
+
+def _texels(image: ExrRows, bases: int, count: int) -> dict[str, Any]:
+    """What a panorama of so many bases and weights holds of every texel; ValueError where it cannot be."""
+    weights_of = [f"eps.{k}" for k in range(count)]
+    names = [*weights_of, "valid", "confidence", "basis_index", *({_ERROR} & set(image.names))]
+    if not set(names) <= set(image.names):
+        raise KeyError("a channel is missing")
+    size = (image.height, image.width)
+    found = {
+        "weights": np.empty((*size, count), np.float32),
+        "basis_index": np.empty(size, np.uint8),
+        "valid": np.empty(size, bool),
+        "confidence": np.empty(size, np.float32),
+        **({"direction_error_rad": np.empty(size, np.float32)} if _ERROR in names else {}),
+    }
+    for rows in image.blocks():
+        channels = image.read(names, rows)
+        for k, name in enumerate(weights_of):
+            found["weights"][rows][..., k] = channels[name]
+        index = np.rint(channels["basis_index"])
+        if not ((index >= 0) & (index < bases)).all():
+            raise ValueError("a texel has a basis that is not there")
+        found["basis_index"][rows] = index.astype(np.uint8)
+        found["valid"][rows] = channels["valid"] > 0.5
+        found["confidence"][rows] = channels["confidence"]
+        if not (np.isfinite(found["weights"][rows]).all() and np.isfinite(found["confidence"][rows]).all()):
+            raise ValueError("a texel is not a number")
+        if _ERROR in names:
+            found["direction_error_rad"][rows] = channels[_ERROR]
+    return found
 
 
 def _edit_entry(edit: Edit) -> dict[str, Any]:
@@ -153,10 +179,15 @@ def read_layers(path: Path) -> LightLayers:
     FileFormatError
         If the file is missing or holds no light layers.
     """
-    channels, header = read_channels(path)
-    data = _header(header, _LAYERS_HEADER, path)
+    with open_rows(path) as image:
+        data = _header(image.header, _LAYERS_HEADER, path)
+        if not set("RGB") <= set(image.names):
+            raise FileFormatError(f"{Path(path).name} is damaged. Build the probe again from its capture.")
+        weights = np.empty((image.height, image.width, 3), np.float32)
+        for rows in image.blocks():
+            for number, plane in enumerate(image.read("RGB", rows).values()):
+                weights[rows][..., number] = plane
     try:
-        weights: FloatArray = np.stack([np.asarray(channels[name], np.float32) for name in "RGB"], axis=-1)
         wavelengths = np.asarray(data["wavelengths_nm"], float)
         spectra = np.asarray(data["spectra"], float).reshape(3, len(wavelengths))
         return LightLayers(weights, spectra, wavelengths, float(data["residual"]))

@@ -7,7 +7,7 @@ A. Fichet, R. Pacanowski & A. Wilkie, "An OpenEXR Layout for Spectral Images", J
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -16,7 +16,8 @@ import numpy as np
 
 from ..errors import FileFormatError, SpectralDataError
 from ..model import BoolArray, FloatArray, SpectralPanorama
-from .image_exr import read_channels, write_channels
+from ..parallel import in_parallel, row_blocks
+from .image_exr import read_channels, write_rows
 from .spectral_channels import SpectralChannels, channel_name, find_channels
 
 type Quantity = Literal["emissive", "reflective"]
@@ -73,14 +74,25 @@ class SpectralImage:
 
 def write_spectral_panorama(path: Path, panorama: SpectralPanorama) -> None:
     """Write the spectra of a panorama, with its `valid` mask as a further channel."""
-    planes: dict[str, FloatArray] = {}
-    for index, wavelength in enumerate(panorama.wavelengths_nm):
-        per_basis = panorama.bases[..., index].astype(np.float32)
-        planes[channel_name(float(wavelength))] = np.einsum(
-            "hwk,hwk->hw", panorama.weights, per_basis[panorama.basis_index]
-        )
+    names = [channel_name(float(nm)) for nm in panorama.wavelengths_nm]
+    bases = np.moveaxis(panorama.bases, -1, 0).astype(np.float32)
+
+    def planes(rows: slice) -> Iterator[FloatArray]:
+        weights, index = panorama.weights[rows], panorama.basis_index[rows]
+        return (np.einsum("hwk,hwk->hw", weights, basis[index]) for basis in bases)
+
+    def brightest_of(rows: slice) -> float:
+        return max(float(np.abs(plane).max()) for plane in planes(rows))
+
+    height, width = panorama.valid.shape
+    kind = _kind(max(in_parallel(brightest_of, row_blocks(width, height))))
+
+    def channels(rows: slice) -> dict[str, Any]:
+        made = {name: plane.astype(kind) for name, plane in zip(names, planes(rows), strict=True)}
+        return made | {"valid": panorama.valid[rows].astype(kind)}
+
     comment = "Relative spectral radiance: the scale is that of the photographs' exposures."
-    _write(path, planes, panorama.valid, "emissive", {"comment": comment})
+    write_rows(path, (height, width), channels, _layout("emissive") | {"comment": comment})
 
 
 def write_spectral(
@@ -126,25 +138,24 @@ def write_spectral(
     }
     if len(planes) < len(wavelengths_nm):
         raise SpectralDataError("Two wavelengths of the spectral image are the same. Give each once.")
-    _write(path, planes, valid, quantity, attributes or {})
+    kind = _kind(max(float(np.abs(plane).max()) for plane in planes.values()))
+
+    def channels(rows: slice) -> dict[str, Any]:
+        made = {name: plane[rows].astype(kind) for name, plane in planes.items()}
+        return made if valid is None else made | {"valid": valid[rows].astype(kind)}
+
+    height, width = spectra.shape[:2]
+    write_rows(path, (height, width), channels, {**_layout(quantity), **(attributes or {})})
 
 
-def _write(
-    path: Path,
-    planes: Mapping[str, FloatArray],
-    valid: BoolArray | None,
-    quantity: Quantity,
-    attributes: Mapping[str, Any],
-) -> None:
+def _kind(brightest: float) -> type[np.floating[Any]]:
     """16-bit channels where they can hold the range (a 2048 x 1024 panorama is 256 MB so), else 32-bit."""
-    brightest = max(float(np.abs(plane).max()) for plane in planes.values())
-    kind = np.float16 if 1.0 < brightest < _HALF_LIMIT else np.float32
-    channels = {name: plane.astype(kind) for name, plane in planes.items()}
-    if valid is not None:
-        channels["valid"] = valid.astype(kind)
+    return np.float16 if 1.0 < brightest < _HALF_LIMIT else np.float32
+
+
+def _layout(quantity: Quantity) -> dict[str, Any]:
     unit_name, unit = _UNITS[quantity]
-    layout = {"spectralLayoutVersion": "1.0", "polarisationHandedness": "right", unit_name: unit}
-    write_channels(path, channels, {**layout, **attributes})
+    return {"spectralLayoutVersion": "1.0", "polarisationHandedness": "right", unit_name: unit}
 
 
 def read_spectral(path: Path) -> tuple[FloatArray, FloatArray]:

@@ -149,6 +149,17 @@ def sync_folder(path: Path) -> None:
         os.close(folder)
 
 
+def destined(path: Path) -> Path:
+    """Where a file in a staging folder is to go, which is what a person should be told; other paths are themselves.
+
+    Examples
+    --------
+    >>> destined(Path("out", f"{UNFINISHED}ab-cd-ef", "probe.exr")).as_posix()
+    'out/probe.exr'
+    """
+    return Path(*(part for part in path.parts if not part.startswith(UNFINISHED)))
+
+
 def _machine() -> tuple[str, str]:
     """Short names of this machine and of its running system: either alone says that a process is one of ours.
 

@@ -38,7 +38,11 @@ STARTS_PROGRAMS = {"subprocess", "pty", "popen2", "commands"}
 FOREIGN_CODE = {"ctypes", "cffi", "code", "codeop", "runpy"}
 
 MAY_IMPORT = {
-    ("operators/terminal.py", "ctypes"): "to flush what Blender's C library has buffered for the terminal"
+    ("operators/terminal.py", "ctypes"): "to flush what Blender's C library has buffered for the terminal",
+    (
+        "spectral_probe/batch_processes.py",
+        "subprocess",
+    ): "a batch starts this interpreter again, words of its own, no shell",
 }
 """Files that may import what others may not, and why."""
 
