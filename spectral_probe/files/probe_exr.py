@@ -181,20 +181,19 @@ def read_layers(path: Path) -> LightLayers:
     """
     with open_rows(path) as image:
         data = _header(image.header, _LAYERS_HEADER, path)
-        if not set("RGB") <= set(image.names):
-            raise FileFormatError(f"{Path(path).name} is damaged. Build the probe again from its capture.")
-        weights = np.empty((image.height, image.width, 3), np.float32)
-        for rows in image.blocks():
-            for number, plane in enumerate(image.read("RGB", rows).values()):
-                weights[rows][..., number] = plane
-    try:
-        wavelengths = np.asarray(data["wavelengths_nm"], float)
-        spectra = np.asarray(data["spectra"], float).reshape(3, len(wavelengths))
-        return LightLayers(weights, spectra, wavelengths, float(data["residual"]))
-    except UNREADABLE:
-        raise FileFormatError(
-            f"{Path(path).name} is damaged. Build the probe again from its capture."
-        ) from None
+        try:
+            wavelengths = np.asarray(data["wavelengths_nm"], float)
+            spectra = np.asarray(data["spectra"], float).reshape(3, len(wavelengths))
+            residual = float(data["residual"])
+            weights = np.empty((image.height, image.width, 3), np.float32)
+            for rows in image.blocks():
+                for number, plane in enumerate(image.read("RGB", rows).values()):
+                    weights[rows][..., number] = plane
+        except UNREADABLE:
+            raise FileFormatError(
+                f"{Path(path).name} is damaged. Build the probe again from its capture."
+            ) from None
+    return LightLayers(weights, spectra, wavelengths, residual)
 
 
 def _header(header: dict[str, Any], key: str, path: Path) -> dict[str, Any]:
