@@ -10,6 +10,7 @@ and are packed anew when the .blend is saved.
 """
 
 import hashlib
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -104,7 +105,9 @@ def differing(settings: bpy.types.PropertyGroup, folder: Path) -> list[str]:
     return [
         item.name
         for item in settings.packed.files
-        if (folder / item.name).is_file() and _digest((folder / item.name).read_bytes()) != item.digest
+        if _is_ours(item.name)
+        and (folder / item.name).is_file()
+        and _digest((folder / item.name).read_bytes()) != item.digest
     ]
 
 
@@ -143,12 +146,20 @@ def _own_folder(settings: bpy.types.PropertyGroup) -> Path:
 def _write(settings: bpy.types.PropertyGroup, folder: Path) -> list[Path]:
     written = []
     for item in settings.packed.files:
+        if not _is_ours(item.name):
+            continue
         path, content = folder / item.name, _content(item)
         if not path.is_file() and content is not None:
             with written_whole(path) as temporary:
                 temporary.write_bytes(content)
             written.append(path)
     return written
+
+
+def _is_ours(name: str) -> bool:
+    """Whether a packed file's name is one that packing gives. A .blend is anybody's file: other names may lead anywhere."""
+    state, _, file = name.rpartition("/")
+    return file in _FILES and (not state or re.fullmatch(rf"{EDITS}/[\w-]+", state) is not None)
 
 
 def _content(item: bpy.types.PropertyGroup) -> bytes | None:

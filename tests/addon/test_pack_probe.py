@@ -113,6 +113,32 @@ def test_files_that_differ_are_never_replaced(alone):
     assert (alone / "other" / "edits" / settings.edits.state / "probe.exr").is_file()
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../escaped.json",
+        "/nowhere/escaped.json",
+        "edits/../../report.json",
+        "..\\report.json",
+        "C:report.json",
+        "run.py",
+        "",
+    ],
+)
+def test_a_name_in_the_blend_that_leads_elsewhere_is_not_written(alone, name):
+    """A .blend is anybody's file: its packed files come out under the names that packing gives, or not at all."""
+    settings = bpy.context.scene.spectral_probe
+    item = next(one for one in settings.packed.files if one.name == "report.json")
+    item.name = name
+    before = set(alone.parent.rglob("*"))
+    assert ops.unpack_probe() == {"FINISHED"}
+    new = {path.relative_to(alone).as_posix() for path in set(alone.parent.rglob("*")) - before}
+    assert "probe/probe.exr" in new
+    assert all(path.split("/")[0] == "probe" for path in new)
+    assert not any(path.endswith((".json", ".py")) for path in new)
+    assert not Path("/nowhere").exists()
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_a_folder_that_may_not_be_written_to_is_said(alone):
     alone.chmod(0o500)
