@@ -30,20 +30,23 @@ def render_pass(arguments: argparse.Namespace) -> Job[Numbers]:
     from ..spectral_probe.files.probe_exr import read_probe
     from ..spectral_probe.render.share import frame_folder
     from .bridge.beginning import FrameWords
+    from .bridge.file_digest import opened_files_digest
     from .bridge.frames import frame_restored
     from .bridge.pass_task import render_passes
 
     directory = frame_folder(arguments.output.resolve(), arguments.frame)
     check_folder(directory)
-    words = FrameWords(
-        not arguments.no_rgb,
-        output_settings_of(arguments),
-        "restart" if arguments.restart else "resume" if arguments.resume else "refuse",
-        tuple(render_words(arguments)),
-    )
+    outputs = output_settings_of(arguments)
     probe = None if arguments.world else read_probe(arguments.probe)
     yield Progress(0.0, f"Opening {arguments.scene.name}")
     scene = open_scene(arguments.scene)
+    words = FrameWords(
+        not arguments.no_rgb,
+        outputs,
+        "restart" if arguments.restart else "resume" if arguments.resume else "refuse",
+        tuple(render_words(arguments)),
+        opened_files_digest(),
+    )
     with frame_restored(scene):
         scene.frame_set(arguments.frame)
         planner = planner_of(scene, probe, arguments)
@@ -59,7 +62,7 @@ def render_pass(arguments: argparse.Namespace) -> Job[Numbers]:
         "written": str(directory),
     }
     if not done.asked:
-        numbers["note"] = f"Nothing to do: the frame has {done.count} passes."
+        numbers["note"] = f"Nothing to do: all {done.count} passes of the frame are in other shares."
     return numbers
 
 

@@ -36,6 +36,7 @@ def run(argv: list[str]) -> int:
                 "render-pass": render_pass,
                 "combine": combine,
                 "demo": demo,
+                "farm": farm,
                 "backplate": backplate,
             },
         )
@@ -63,6 +64,7 @@ def render_scene(
     from ..spectral_probe.cli_output import output_settings_of
     from ..spectral_probe.cli_render import render_words
     from .bridge.cycles import spectral_render
+    from .bridge.file_digest import opened_files_digest
     from .bridge.frames import render_frames
 
     if arguments.frame is not None:
@@ -77,6 +79,7 @@ def render_scene(
         "outputs": output_settings_of(arguments),
         "on_change": "restart" if arguments.restart else "resume" if arguments.resume else "refuse",
         "words": tuple(render_words(arguments)),
+        "files": opened_files_digest(),
     }
     if arguments.frames:
         results = yield from render_frames(scene, planner, directory, arguments.frames, **words)
@@ -164,6 +167,14 @@ def demo(arguments: argparse.Namespace) -> Job[Numbers]:
 
     with blender_silenced():
         return (yield from demo_job(arguments.output.resolve()))
+
+
+def farm(arguments: argparse.Namespace) -> Job[Numbers]:
+    """A shot as a job for a render farm."""
+    from .command_farm import farm as farm_job
+
+    with blender_silenced():
+        return (yield from farm_job(arguments))
 
 
 def backplate(arguments: argparse.Namespace) -> Job[Numbers]:

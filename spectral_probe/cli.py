@@ -11,8 +11,8 @@ import importlib.util
 import json
 import re
 import sys
-import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -20,27 +20,28 @@ from . import (
     cli_backplate,
     cli_compare,
     cli_composite,
+    cli_farm,
     cli_filter,
     cli_frames,
+    cli_probe,
     cli_render,
     cli_spectrum,
     cli_swap,
 )
 from .cli_numbers import positive_number, whole_number
-from .errors import SpectralProbeError
+from .cli_progress import SchedulerLines, Terminated, add_openjd_word, ended_by_signal, with_progress
+from .errors import PartlyFailedError, SpectralProbeError, printable
 from .library_commands import EXAMPLE, add_words, library
-from .model import Job, Progress
+from .model import Job
 
 type Numbers = dict[str, Any]
 type Verb = Callable[[argparse.Namespace], Job[Numbers]]
 
 BAD_INPUT = 2
-STOPPED = 130
-_BAR_WIDTH = 28
-_LINE_EVERY_S = 10.0
+STOPPED, TERMINATED = 130, 143
 _MOST_NUMBERS = 30
 """Lists of more numbers, such as a spectrum, are told by their length and range; `--json` has them."""
-_BLENDER_VERBS = ("backplate", "combine", "demo", "render", "render-pass")
+_BLENDER_VERBS = ("backplate", "combine", "demo", "farm", "render", "render-pass")
 
 
 def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | None = None) -> int:
@@ -64,7 +65,7 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         return _run_in_extension(words)
     verbs: dict[str, Verb] = {
         "calibrate": _calibrate,
-        "probe": _probe,
+        "probe": cli_probe.run,
         "spectrum": cli_spectrum.run,
         "filter": cli_filter.run,
         "swap": cli_swap.run,
@@ -73,15 +74,24 @@ def main(argv: Sequence[str] | None = None, blender_verbs: Mapping[str, Verb] | 
         "library": library,
         **(blender_verbs or {}),
     }
-    try:
-        numbers = _with_progress(verbs[arguments.verb](arguments))
-    except SpectralProbeError as error:
-        sys.stderr.write(f"{error}\n")
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        sys.stderr.write("Stopped. Files already written are whole.\n")
-        return STOPPED
-    sys.stdout.write(json.dumps(numbers) + "\n" if arguments.json else _told(numbers))
+    with ExitStack() as stack:
+        scheduler = SchedulerLines() if getattr(arguments, "openjd", False) else None
+        if scheduler is not None:
+            stack.callback(scheduler.close)
+        try:
+            with ended_by_signal():
+                numbers = with_progress(verbs[arguments.verb](arguments), scheduler)
+        except SpectralProbeError as error:
+            if isinstance(error, PartlyFailedError):
+                _tell(error.numbers, arguments)
+            if scheduler is not None:
+                scheduler.fail(str(error))
+            sys.stderr.write(f"{error}\n")
+            return BAD_INPUT
+        except KeyboardInterrupt as stop:
+            sys.stderr.write("Stopped. Files already written are whole.\n")
+            return TERMINATED if isinstance(stop, Terminated) else STOPPED
+    _tell(numbers, arguments)
     return 0
 
 
@@ -145,14 +155,10 @@ def _parser() -> argparse.ArgumentParser:
         )
     )
 
-    probe = verb(
-        "probe", "Photographs of a mirrored ball to a spectral panorama.", "probe CAPTURE.toml -o out"
-    )
-    probe.add_argument("capture", type=Path, metavar="CAPTURE.toml", help="the capture file")
+    probe = verb("probe", cli_probe.TEXT, cli_probe.EXAMPLE)
+    probe.epilog = f"{probe.epilog}\n{cli_probe.FURTHER}"
+    cli_probe.add_words(probe)
     _folder(probe)
-    probe.add_argument(
-        "--width", type=int, help="width of the panorama in pixels (default: as fine as the photographs)"
-    )
 
     cli_spectrum.add_words(verb("spectrum", cli_spectrum.TEXT, cli_spectrum.EXAMPLE))
     cli_filter.add_words(verb("filter", cli_filter.TEXT, cli_filter.EXAMPLE))
@@ -166,7 +172,12 @@ def _parser() -> argparse.ArgumentParser:
     render_pass = verb("render-pass", cli_frames.TASK_TEXT, cli_frames.TASK_EXAMPLE)
     cli_frames.add_pass_words(render_pass)
     _folder(render_pass, text="folder in which each frame has one of its own, frame_0001 and so on")
-    cli_frames.add_combine_words(verb("combine", cli_frames.COMBINE_TEXT, cli_frames.COMBINE_EXAMPLE))
+    combine = verb("combine", cli_frames.COMBINE_TEXT, cli_frames.COMBINE_EXAMPLE)
+    cli_frames.add_combine_words(combine)
+
+    farm = verb("farm", cli_farm.TEXT, cli_farm.EXAMPLE)
+    cli_farm.add_farm_words(farm)
+    _folder(farm, text="folder of the job")
 
     cli_swap.add_words(verb("swap", cli_swap.TEXT, cli_swap.EXAMPLE))
 
@@ -177,6 +188,8 @@ def _parser() -> argparse.ArgumentParser:
     compare = verb("compare", cli_compare.TEXT, cli_compare.EXAMPLE)
     cli_compare.add_words(compare)
     _folder(compare)
+    for task in (render_pass, combine, compare):
+        add_openjd_word(task)
 
     add_words(
         verb("library", "Lamps, cameras, metals, glasses, reflectances and balls that are known.", EXAMPLE)
@@ -261,47 +274,19 @@ def _calibrate(arguments: argparse.Namespace) -> Job[Numbers]:
     return commands.calibrate(arguments.photos, arguments.output, board)
 
 
-def _probe(arguments: argparse.Namespace) -> Job[Numbers]:
-    from . import commands
-
-    return commands.probe(arguments.capture, arguments.output, arguments.width)
-
-
 # ---------------------------------------------------------------- what the person sees
 
 
-def _with_progress[Result](job: Job[Result]) -> Result:
-    """Drive a job, showing how far it is on standard error: a bar on a terminal, else a line every ten seconds."""
-    terminal = sys.stderr.isatty()
-    told = time.monotonic()
-    try:
-        while True:
-            try:
-                progress = next(job)
-            except StopIteration as stop:
-                return stop.value  # type: ignore[no-any-return]  # StopIteration carries its value untyped
-            if terminal:
-                sys.stderr.write(_bar(progress))
-            elif time.monotonic() - told > _LINE_EVERY_S:
-                told = time.monotonic()
-                sys.stderr.write(f"{progress.fraction:4.0%} {progress.message}\n")
-            sys.stderr.flush()
-    finally:
-        job.close()
-        if terminal:
-            sys.stderr.write("\r\x1b[K")
+def _tell(numbers: Mapping[str, Any], arguments: argparse.Namespace) -> None:
+    sys.stdout.write(json.dumps(numbers) + "\n" if arguments.json else _told(numbers))
+    sys.stdout.flush()
 
 
-def _bar(progress: Progress) -> str:
-    done = round(progress.fraction * _BAR_WIDTH)
-    return f"\r\x1b[K[{'#' * done}{'.' * (_BAR_WIDTH - done)}] {progress.fraction:4.0%} {progress.message}"
-
-
-def _told(numbers: Numbers, indent: str = "") -> str:
+def _told(numbers: Mapping[str, Any], indent: str = "") -> str:
     """Numbers as lines of text; tables within them are indented, lists of tables numbered."""
     lines = ""
     for key, value in numbers.items():
-        name = key.replace("_", " ")
+        name = printable(key).replace("_", " ")
         if isinstance(value, dict):
             lines += f"{indent}{name}:\n{_told(value, indent + '  ')}"
         elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
@@ -310,7 +295,9 @@ def _told(numbers: Numbers, indent: str = "") -> str:
         elif (
             isinstance(value, list) and value and all(isinstance(item, str) and " " in item for item in value)
         ):
-            lines += f"{indent}{name}:\n" + "".join(f"{indent}  {sentence}\n" for sentence in value)
+            lines += f"{indent}{name}:\n" + "".join(
+                f"{indent}  {printable(sentence)}\n" for sentence in value
+            )
         else:
             lines += f"{indent}{name}: {_plain(value)}\n"
     return lines
@@ -324,7 +311,7 @@ def _plain(value: object) -> str:
         if len(numbers) > _MOST_NUMBERS:
             return f"{len(numbers)} numbers, {_plain(min(numbers))} to {_plain(max(numbers))}"
         return ", ".join(_plain(item) for item in value)
-    return "-" if value is None else str(value)
+    return "-" if value is None else printable(str(value))
 
 
 def _numbers_in(value: object) -> list[float]:

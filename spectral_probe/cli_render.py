@@ -34,8 +34,11 @@ def add_words(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_render_words(parser: argparse.ArgumentParser) -> None:
-    """The words that say what is rendered, and how: those of `render_words`."""
+def add_render_words(parser: argparse.ArgumentParser, *, again: bool = True) -> None:
+    """The words that say what is rendered, and how: those of `render_words`; and what to do where there is an unfinished render.
+
+    `again` leaves the latter out where it is False.
+    """
     parser.add_argument("scene", type=Path, metavar="SCENE.blend", help="the scene")
     light = parser.add_mutually_exclusive_group(required=True)
     light.add_argument("--probe", type=Path, metavar="PROBE.exr", help="a probe is the light")
@@ -46,6 +49,8 @@ def add_render_words(parser: argparse.ArgumentParser) -> None:
     add_swappable_words(parser)
     parser.add_argument("--no-rgb", action="store_true", help="leave out the ordinary RGB render beside it")
     add_output_words(parser)
+    if not again:
+        return
     changed = parser.add_mutually_exclusive_group()
     changed.add_argument(
         "--restart", action="store_true", help="render anew, whatever the folder has of an unfinished render"
@@ -124,20 +129,21 @@ def render_words(arguments: argparse.Namespace) -> list[str]:
 
 
 def frame_list(text: str) -> tuple[int, ...]:
-    """Frames as people list them: numbers and ranges, parted by commas; each once, in the order given.
+    """Frames as people list them: numbers and ranges, with a step after a colon, parted by commas; each once, in the order given.
 
     Examples
     --------
-    >>> frame_list("1-3,10,2,-2--1")
-    (1, 2, 3, 10, -2, -1)
+    >>> frame_list("1-3,10,2,-2--1,20-25:2")
+    (1, 2, 3, 10, -2, -1, 20, 22, 24)
     """
     frames: dict[int, None] = {}
     for word in text.split(","):
-        match = re.fullmatch(r"\s*(-?\d{1,7})(?:-(-?\d{1,7}))?\s*", word)
+        match = re.fullmatch(r"\s*(-?\d{1,7})(?:\s*-\s*(-?\d{1,7})(?::(\d{1,7}))?)?\s*", word)
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
-        if not match or last < first or last - first >= _MOST_FRAMES:
+        step = int(match[3] or 1) if match else 0
+        if not match or last < first or step < 1 or last - first >= _MOST_FRAMES:
             raise argparse.ArgumentTypeError(f'"{word}" is no frame and no range of frames, such as 1-24')
-        frames |= dict.fromkeys(range(first, last + 1))
+        frames |= dict.fromkeys(range(first, last + 1, step))
     return tuple(frames)
 
 

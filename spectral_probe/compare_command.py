@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from .commands import read_tristimulus
 from .composite_model import OBJECTS_NAME
 from .errors import FileFormatError
 from .files.atomic import written_together
+from .files.json_object import UNREADABLE, read_object
 from .files.lock import folder_lock
 from .files.objects_exr import read_objects
 from .light_choice import REPORT_NAME, NamedLight, chosen_light, light_of_render
@@ -204,11 +204,11 @@ def _render_numbers(directory: Path, size: tuple[int, ...]) -> dict[str, str]:
     """What the sheet says of the renders: their size, and what report.json beside them tells of time and samples."""
     numbers = {"size": f"{size[1]} x {size[0]} px"}
     try:
-        report = json.loads((directory / REPORT_NAME).read_text("utf-8"))
+        report = read_object(directory / REPORT_NAME)
         seconds = report["seconds"]
         numbers["spectral render"] = f"{seconds['spectral']:.1f} s, {report['passes']} passes"
         numbers["RGB render"] = f"{seconds['rgb']:.1f} s"
         numbers["samples"] = str(report["samples"])
-    except (OSError, ValueError, KeyError, TypeError):  # images may lie in any folder, beside any report.json
+    except UNREADABLE:  # images may lie in any folder, beside any report.json
         return numbers
     return numbers

@@ -6,9 +6,33 @@ exits with 2; a Blender operator reports it. Any other exception is a defect and
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 
 class SpectralProbeError(Exception):
     """Something the user can put right; the message says how."""
+
+    def __str__(self) -> str:
+        r"""The message in one line, without what would move a terminal's cursor: names in it may come from anybody's file.
+
+        Examples
+        --------
+        >>> str(SpectralProbeError("There is no file a\nb\x1b[2J."))
+        'There is no file a b [2J.'
+        """
+        return printable(super().__str__())
+
+
+def printable(text: str) -> str:
+    r"""A text without anything that is not printed: line ends, control characters, halves of characters.
+
+    Examples
+    --------
+    >>> printable("a\tb\ud800c")
+    'a b c'
+    """
+    return "".join(letter if letter.isprintable() else " " for letter in text)
 
 
 class CaptureError(SpectralProbeError):
@@ -37,3 +61,19 @@ class FolderBusyError(FileFormatError):
 
 class RenderError(SpectralProbeError):
     """The scene cannot be rendered as asked."""
+
+
+class PartlyFailedError(SpectralProbeError):
+    """Some of many things could not be done, and the others were.
+
+    Parameters
+    ----------
+    failures
+        A line for each that could not.
+    numbers
+        What is told of all.
+    """
+
+    def __init__(self, failures: Sequence[str], numbers: Mapping[str, Any]) -> None:
+        super().__init__("\n".join(failures))
+        self.numbers = numbers

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from .errors import SpectralDataError
+from .files.json_object import UNREADABLE, read_object
 from .files.panorama_file import read_panorama
 from .files.region_json import read_region
 from .model import BoolArray, FloatArray, SpectralPanorama
@@ -90,9 +90,9 @@ def mean_light(panorama: SpectralPanorama) -> FloatArray:
 def light_of_render(directory: Path) -> NamedLight | None:
     """The mean light that lit a render, as the report.json in its folder has it; None where there is none of it."""
     try:
-        report = json.loads((directory / REPORT_NAME).read_text("utf-8"))
+        report = read_object(directory / REPORT_NAME)
         spectrum = np.asarray(report["mean_light"], float)
-    except (OSError, ValueError, KeyError, TypeError):  # images may lie in any folder, beside any report.json
+    except UNREADABLE:  # images may lie in any folder, beside any report.json
         return None
     seen = spectrum.shape == WAVELENGTHS_NM.shape and np.isfinite(spectrum).all() and spectrum.sum() > 0
     return NamedLight("the render's mean light", spectrum) if seen else None

@@ -13,6 +13,7 @@ import OpenEXR
 from .errors import FileFormatError
 from .files.atomic import remove_leftovers, written_together, written_whole
 from .files.image_exr import read_channels, write_channels
+from .files.json_object import UNREADABLE, numbers, read_object
 from .files.lock import folder_lock
 from .model import FloatArray, Job, Progress
 from .render.outputs import IMAGE_ORIGIN, WHITE_ATTRIBUTE, picture_header, picture_rgb
@@ -30,6 +31,7 @@ from .render.swap import (
 from .render_model import PassPlan
 from .spectra.edits import lamp_spectrum
 from .spectra.glass import glass_transmittance
+from .spectra.grid import WAVELENGTHS_NM
 from .spectra.white import parse_white
 from .spectra.working_space import space_of_header
 
@@ -136,11 +138,11 @@ def read_swaps(render_dir: Path) -> dict[str, Swap]:
         f"{path} is damaged. Delete it: the render is then as it was, swap its lights again."
     )
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = read_object(path)
         if content["format"] != _FORMAT:
             raise wrong
         return {str(name): _swap_from(kept) for name, kept in content["swaps"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except UNREADABLE:
         raise wrong from None
 
 
@@ -148,7 +150,10 @@ def _swap_from(kept: Mapping[str, Any]) -> Swap:
     kinds: dict[str, SwapKind] = {"lamp": "lamp", "glass": "glass"}
     keeps: dict[str, SwapKeeps] = {"luminance": "luminance", "power": "power"}
     return Swap(
-        kinds[kept["kind"]], str(kept["label"]), np.array(kept["spectrum"], float), keeps[kept["keeps"]]
+        kinds[kept["kind"]],
+        str(kept["label"]),
+        np.array(numbers(kept["spectrum"], len(WAVELENGTHS_NM))),
+        keeps[kept["keeps"]],
     )
 
 
@@ -186,8 +191,8 @@ def _write_images(source: Path, target: Path, xyz: FloatArray, suffix: str) -> N
 def _write_report(source: Path, target: Path, lights: Mapping[str, str]) -> None:
     """The render's report, with a note of what its lights are now."""
     try:
-        report = json.loads((source / REPORT_NAME).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        report = read_object(source / REPORT_NAME)
+    except UNREADABLE:
         raise FileFormatError(f"{source / 'report.json'} cannot be read. Render again.") from None
     report["lights"] = dict(lights)
     with written_whole(target / REPORT_NAME) as temporary:

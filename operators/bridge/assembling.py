@@ -1,6 +1,7 @@
 """Finished steps of a spectral render put together into its files, for every view layer."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -10,6 +11,7 @@ import bpy
 import numpy as np
 
 from ...spectral_probe.composite_model import BACKPLATE_NAME, OBJECTS_NAME
+from ...spectral_probe.files.atomic import not_written
 from ...spectral_probe.files.objects_exr import write_objects
 from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.assemble import assemble
@@ -29,6 +31,21 @@ type Array = np.ndarray[Any, Any]
 PLAN_NAME = "plan.json"
 
 _PICTURES = ("xyz", "image", "render", "rgb", "swappable", "spectral", "objects")
+
+
+@contextmanager
+def told_where_not_written(directory: Path) -> Iterator[None]:
+    """Files are removed and written in the block: where they cannot be, that is one sentence.
+
+    Raises
+    ------
+    FileFormatError
+        If they cannot.
+    """
+    try:
+        yield
+    except OSError as problem:
+        raise not_written(directory, problem) from None
 
 
 def picture_names(view_layers: Sequence[str]) -> list[str]:

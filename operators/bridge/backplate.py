@@ -19,6 +19,7 @@ from ...spectral_probe.composite.ground import GroundReflectance, faded
 from ...spectral_probe.composite.plate_geometry import at_frame_size, frame_camera, undistorted
 from ...spectral_probe.composite_model import BACKPLATE_NAME, Backplate
 from ...spectral_probe.files.atomic import written_whole
+from ...spectral_probe.files.json_object import UNREADABLE
 from ...spectral_probe.photo.samples import linear_to_srgb
 from ...spectral_probe.render.frame_record import FrameRecord
 from .camera_backplate import camera_backplate, rendered_size
@@ -98,7 +99,7 @@ def scene_backplate(scene: bpy.types.Scene) -> Backplate | None:
         return None
     try:
         backplate = backplate_from(json.loads(kept.matched), Path("/"))
-    except (ValueError, KeyError, TypeError, IndexError):  # edited by hand, or of another version
+    except UNREADABLE:  # edited by hand, or of another version
         return None
     if kept.plate:  # may be relative to the .blend, which moved together with it
         backplate = replace(backplate, photo=Path(bpy.path.abspath(kept.plate)))

@@ -18,12 +18,13 @@ from ...spectral_probe.files.atomic import remove_leftovers, written_whole
 from ...spectral_probe.light_choice import mean_light
 from ...spectral_probe.model import Job, Progress, SpectralPanorama
 from ...spectral_probe.render.frame_record import FrameRecord
+from ...spectral_probe.render.light_file import save_light_sets
 from ...spectral_probe.render.outputs import OutputSettings
 from ...spectral_probe.render.pass_folder import INDEX_NAME, PassFolder, digest_of, open_pass_folder
 from ...spectral_probe.render.plan import load_plan, reference_plan, save_plan
-from ...spectral_probe.render_model import PassPlan
+from ...spectral_probe.render_model import LightSet, PassPlan
 from ...spectral_probe.work import worked
-from .assembling import PLAN_NAME, remove_pictures
+from .assembling import PLAN_NAME, remove_pictures, told_where_not_written
 from .backplate import backplates_of
 from .camera_backplate import rendered_size
 from .catchers import Surfaces, surfaces
@@ -46,26 +47,37 @@ class FrameWords:
     """What a render is told besides its light and plan.
 
     `rgb_twin` asks for the scene in plain RGB, too; `outputs` say what is written; `on_change` what to do with passes of an
-    unfinished render of something else; `words` are those of the command line, to be told again where steps are missing.
+    unfinished render of something else; `words` are those of the command line, to be told again where steps are missing; `files`
+    is `file_digest.opened_files_digest` where the scene was just opened.
     """
 
     rgb_twin: bool = True
     outputs: OutputSettings = field(default_factory=OutputSettings)
     on_change: OnChange = "refuse"
     words: tuple[str, ...] = ()
+    files: str = ""
 
 
 @dataclass(frozen=True)
 class _Planned:
-    """A plan, what its light layers lack, and whether lamps or materials shine beside the world."""
+    """A plan, what its light layers lack, whether lamps or materials shine beside the world, and the layers."""
 
     plan: PassPlan
     residual: float
     emits: bool
+    sets: tuple[LightSet, ...] = ()
 
 
-def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: FrameWords) -> Job[Frame]:
+def begin(
+    scene: bpy.types.Scene,
+    planner: Planner,
+    directory: Path,
+    words: FrameWords,
+    light_folder: Path | None = None,
+) -> Job[Frame]:
     """Begin a frame in its folder, or go on with it; the folder's lock is the caller's.
+
+    Light layers are written into `light_folder`, where other tasks are to read them.
 
     Raises
     ------
@@ -75,27 +87,34 @@ def begin(scene: bpy.types.Scene, planner: Planner, directory: Path, words: Fram
     refuse_probe_folder(directory)
     found = surfaces(scene)
     fingerprint = render_fingerprint(scene, planner)
-    earlier = folder_to_go_on(directory, fingerprint, words.on_change)
+    earlier = folder_to_go_on(directory, fingerprint, words.on_change, words.files, scene.frame_current)
     yield Progress(0.0, PLANNING)
-    kept = None if earlier is None else load_plan(directory / PLAN_NAME)
-    made = yield from _plan(scene, planner, kept)
+    plan = None if earlier is None else load_plan(directory / PLAN_NAME)
+    made = yield from _plan(scene, planner, plan)
     record = yield from _record(scene, planner, found, made, words, directory)
+    if light_folder is not None and made.sets and planner.probe is not None:
+        save = partial(save_light_sets, made.sets, light_folder)
+        record = replace(record, light=(yield from worked(Progress(0.0, PLANNING), save)))
     layers = tuple(layer.name for layer in enabled_layers(scene))
-    if earlier is None:
-        whole = _begin_anew(directory, fingerprint, layers, made.plan, record, words.on_change)
-    else:
-        level = earlier.record.twin_level or record.twin_level
-        record = replace(record, samples=earlier.record.samples, twin_level=level if words.rgb_twin else None)
-        whole = replace(earlier, record=record)
-        remove_pictures(directory, earlier.view_layers)
-    folders = [whole]
-    if record.without:
-        folders.append(_without(whole, anew=earlier is None, keep=words.on_change != "restart"))
-    else:
-        remove_part(directory / WITHOUT_NAME)
-    for folder in reversed(folders):
-        remove_leftovers(folder.directory)
-        folder.write_index()
+    with told_where_not_written(directory):
+        if earlier is None:
+            whole = _begin_anew(directory, fingerprint, layers, made.plan, record, words.on_change)
+        else:
+            level = earlier.record.twin_level or record.twin_level
+            kept = earlier.record.samples
+            record = replace(
+                record, samples=kept, twin_level=level if words.rgb_twin else None, light=earlier.record.light
+            )
+            whole = replace(earlier, record=record)
+            remove_pictures(directory, earlier.view_layers)
+        folders = [whole]
+        if record.without:
+            folders.append(_without(whole, anew=earlier is None, keep=words.on_change != "restart"))
+        else:
+            remove_part(directory / WITHOUT_NAME)
+        for folder in reversed(folders):
+            remove_leftovers(folder.directory)
+            folder.write_index()
     return Frame(scene, planner, made.plan, parts_of(folders, found), found)
 
 
@@ -137,7 +156,7 @@ def _plan(scene: bpy.types.Scene, planner: Planner, kept: PassPlan | None) -> Jo
     """The plan, as it is or made now, checked against the scene's light."""
     progress = Progress(0.0, PLANNING)
     level = yield from worked(progress, partial(light_level, planner.probe))
-    plan, residual = kept or planner.given, 0.0
+    plan, residual, sets = kept or planner.given, 0.0, tuple[LightSet, ...]()
     of_layers = plan.kind == "light-basis" if plan else planner.request.passes != "all"
     with translated(scene, planner.probe, of_layers, level) as (materials, world):
         seen = contents(scene)
@@ -153,7 +172,7 @@ def _plan(scene: bpy.types.Scene, planner: Planner, kept: PassPlan | None) -> Jo
         emits = bool(materials.emitters)
     if plan.kind == "wavelength" and kept is None:  # the passes there are were divided by their own level
         plan = WavelengthLight(planner.probe, level, []).checked(plan)
-    return _Planned(plan, residual, emits)
+    return _Planned(plan, residual, emits, sets)
 
 
 def _record(
@@ -199,6 +218,7 @@ def _record(
             *found.warnings,
         ),
         words=words.words,
+        files=words.files,
     )
 
 

@@ -1,5 +1,6 @@
 """A frame's finished steps put together, without its scene: all that takes was kept when the frame was begun."""
 
+import os
 import shlex
 import time
 from collections.abc import Collection, Sequence
@@ -17,6 +18,7 @@ from ...spectral_probe.render.outputs import OutputSettings
 from ...spectral_probe.render.pass_folder import (
     FinishedStep,
     PassFolder,
+    look_again,
     matte_steps,
     read_pass,
     render_steps,
@@ -25,7 +27,14 @@ from ...spectral_probe.render.plan_file import load_plan
 from ...spectral_probe.render.share import frame_folder
 from ...spectral_probe.render_model import WORLD, PassPlan
 from ...spectral_probe.work import worked
-from .assembling import PLAN_NAME, picture_names, write_objects_of, write_pictures, write_twin
+from .assembling import (
+    PLAN_NAME,
+    picture_names,
+    told_where_not_written,
+    write_objects_of,
+    write_pictures,
+    write_twin,
+)
 from .backplate import write_backplate
 from .parts import of_without
 from .render_report import REPORT_NAME, SpectralRender, blend_of_part, write_report
@@ -62,8 +71,8 @@ def combine(
     whole = begun_folder(directory)
     if whole is None:
         raise RenderError(
-            f"{directory} holds no passes of a frame, or their index or plan is damaged. Give the folder of a frame, such as "
-            f"{frame_folder(Path('render'), 1)}, or render it."
+            f"There is no frame in {directory}, or the index of its passes, or its plan, is damaged. Give the folder of a frame, "
+            "such as render/frame_0001, or render it."
         )
     plan, record = load_plan(directory / PLAN_NAME), whole.record
     folders = [whole, of_without(whole)] if record.without else [whole]
@@ -73,7 +82,8 @@ def combine(
     missing = yield from worked(progress, partial(_missing, folders, steps, checked))
     if missing:
         raise RenderError(_missing_told(directory, record, missing, len(steps)))
-    (directory / REPORT_NAME).unlink(missing_ok=True)  # until the frame is complete again
+    with told_where_not_written(directory):
+        (directory / REPORT_NAME).unlink(missing_ok=True)  # until the frame is complete again
     outputs, result = record.outputs_for(asked), None
     for number, folder in reversed(list(enumerate(folders))):
         done = None if kept is None else kept[number]
@@ -87,6 +97,8 @@ def _missing(
     folders: list[PassFolder], steps: tuple[FrameStep, ...], checked: Collection[str]
 ) -> list[FrameStep]:
     """Steps that are not finished, or whose files are damaged."""
+    for folder in folders:
+        look_again(folder.directory)
     by_part = {"": folders[0], folders[-1].directory.parent.name: folders[-1]}
     unknown = (step for step in steps if step.full_name not in checked)
     return [step for step in unknown if not by_part[step.part].holds(step.name)]
@@ -100,7 +112,8 @@ def _missing_told(directory: Path, record: FrameRecord, missing: list[FrameStep]
     sentence = f"{len(names)} of {count} passes {are} missing or damaged in {directory}: {told}."
     if not record.words:
         return f"{sentence} Render the scene again: finished passes are kept."
-    words = [record.scene if record.blend is None else Path(record.blend).name, *record.words]
+    blend = Path(os.path.normpath(directory / (record.blend or record.scene)))
+    words = [str(blend) if blend.is_file() else blend.name, *record.words]
     if directory.name == frame_folder(directory.parent, record.frame).name:
         place = ["-o", str(directory.parent), "--frame", str(record.frame), "--pass", names[0]]
         command = shlex.join(["spectral-probe", "render-pass", *words, *place])

@@ -49,6 +49,7 @@ def spectral_render(
     on_change: OnChange = "refuse",
     planner: Planner | None = None,
     words: tuple[str, ...] = (),
+    files: str = "",
 ) -> Job[SpectralRender]:
     """Render a scene in the spectral light of a panorama, or of its own world.
 
@@ -90,6 +91,8 @@ def spectral_render(
         Makes the plan; frames of an animation share one. None makes one of the words above.
     words
         The command line's words that say the same, for messages.
+    files
+        `file_digest.opened_files_digest`, where the scene was just opened from its .blend.
 
     Yields
     ------
@@ -110,7 +113,7 @@ def spectral_render(
     request = PlanRequest(passes, max_de2000, full_samples, swappable or {}, lamps_swappable)
     planner = planner or Planner(probe, request, samples)
     planner = replace(planner, given=plan or planner.given)
-    told = FrameWords(rgb_twin, outputs or OutputSettings(), on_change, words)
+    told = FrameWords(rgb_twin, outputs or OutputSettings(), on_change, words, files)
     with folder_lock(directory):
         frame = yield from begin(scene, planner, directory, told)
         steps = frame.steps

@@ -1,8 +1,9 @@
 """A digest of everything that shapes a scene's picture: the same after saving and reopening, another after a visible change.
 
-Nothing of the session enters (addresses, selection, what editors show), and nothing of the settings that a spectral render
-sets itself. Datablocks are walked from the scene, through every pointer; geometry is read whole. What modifiers, drivers,
-constraints, physics and instancing make of it is taken from the evaluated scene.
+Nothing of the session enters (addresses, selection, what editors show), nothing of where files lie (they enter by their
+content), and nothing of the settings that a spectral render sets itself. Datablocks are walked from the scene, through every
+pointer; geometry is read whole. What modifiers, drivers, constraints, physics and instancing make of it is taken from the
+evaluated scene.
 """
 
 import hashlib
@@ -14,6 +15,7 @@ import bpy
 import numpy as np
 
 from ...spectral_probe.model import SpectralPanorama
+from .file_digest import file_digest
 
 _DIGEST_BYTES = 16
 
@@ -64,6 +66,8 @@ _SESSION_STARTS = ("bl_", "show_", "active_", "is_evaluated", "is_editable", "is
 
 _RENDERED = ("show_render",)
 """Exceptions: whether a modifier takes part in renders."""
+
+_PATHS = ("FILE_PATH", "DIR_PATH")
 
 _TABLES = (".csv", ".txt")
 """How files with spectra end, where a field takes names as well."""
@@ -161,7 +165,7 @@ class _Walk:
             self.geometry(block)
         else:
             self.structure(block)
-            self._file(getattr(block, "filepath", ""))
+            self._file(getattr(block, "filepath", ""), block.library)
 
     def _object(self, thing: bpy.types.Object) -> None:
         self.named(thing, _OBJECT_SETTINGS)
@@ -236,15 +240,12 @@ class _Walk:
             self.datablock(material)
         self.custom(data)
 
-    def _file(self, path: str) -> None:
-        """Add a file by size and time."""
-        if not path:
-            return
-        file = Path(bpy.path.abspath(path))
-        self.add(str(file))
-        if file.is_file():
-            status = file.stat()
-            self.add(status.st_size, status.st_mtime_ns)
+    def _file(self, path: str, library: bpy.types.Library | None = None) -> None:
+        """Add a file by its content, wherever it lies; one that is not there by its name."""
+        if path:
+            file = Path(bpy.path.abspath(path, library=library))
+            own_name = file.name if path.startswith("//") or Path(path).is_absolute() else path
+            self.add(file_digest(file) or own_name)
 
     # ------------------------------------------------------------ structures
 
@@ -278,10 +279,11 @@ class _Walk:
             self.add(name, sorted(value))
         elif getattr(prop, "is_array", False):
             self.add(name, np.array(value).tolist())
+        elif prop.type == "STRING" and (prop.subtype in _PATHS or value.endswith(_TABLES)):
+            self.add(name)
+            self._file(value)
         else:
             self.add(name, value)
-            if prop.type == "STRING" and (prop.subtype == "FILE_PATH" or value.endswith(_TABLES)):
-                self._file(value)
 
     def _value(self, value: Any) -> None:
         if isinstance(value, bpy.types.ID):

@@ -10,6 +10,7 @@ import bpy
 from ...spectral_probe.errors import FolderBusyError
 from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.frame_steps import FrameStep, chosen_steps
+from ...spectral_probe.render.light_file import LIGHT_FOLDER
 from ...spectral_probe.render.pass_folder import PassFolder
 from ...spectral_probe.render.share import Share
 from .beginning import PLANNING, FrameWords, begin, joined
@@ -18,7 +19,7 @@ from .locks import waited_lock
 from .parts import Frame, of_without
 from .planning import Planner
 from .render_report import REPORT_NAME
-from .resuming import SceneChangedError, begun_folder, refuse_probe_folder, render_fingerprint
+from .resuming import SceneChangedError, begun_folder, changes_since, refuse_probe_folder, render_fingerprint
 from .step_rendering import render_frame_steps
 
 _LOOK_EVERY_S = 1.0
@@ -94,7 +95,7 @@ def _begun(
     """The frame, begun by whoever came first; who comes later waits until it is."""
     waited_s = 0.0
     while True:
-        whole = _to_join(directory, fingerprint, words)
+        whole = _to_join(scene, directory, fingerprint, words)
         if whole is not None:
             return joined(scene, planner, whole)
         with ExitStack() as stack:
@@ -105,16 +106,24 @@ def _begun(
                 if waited_s > _LONGEST_PLANNING_S:
                     raise
                 continue
-            if _to_join(directory, fingerprint, words) is None:
+            if _to_join(scene, directory, fingerprint, words) is None:
                 before = begun_folder(directory)
-                same = before is not None and not before.changes(fingerprint)
+                same = before is not None and not _changes(scene, before, fingerprint, words)
                 told = (
                     replace(words, on_change="refuse") if same else words
                 )  # only other outputs are asked for
-                return (yield from begin(scene, planner, directory, told))
+                return (yield from begin(scene, planner, directory, told, directory.parent / LIGHT_FOLDER))
 
 
-def _to_join(directory: Path, fingerprint: dict[str, str], words: FrameWords) -> PassFolder | None:
+def _changes(
+    scene: bpy.types.Scene, whole: PassFolder, fingerprint: dict[str, str], words: FrameWords
+) -> tuple[str, ...]:
+    return changes_since(whole, fingerprint, words.files, scene.frame_current)
+
+
+def _to_join(
+    scene: bpy.types.Scene, directory: Path, fingerprint: dict[str, str], words: FrameWords
+) -> PassFolder | None:
     """The frame's passes where it was begun as asked for; None where it has to be begun.
 
     Raises
@@ -125,7 +134,7 @@ def _to_join(directory: Path, fingerprint: dict[str, str], words: FrameWords) ->
     whole = begun_folder(directory)
     if whole is None or (whole.record.without and begun_folder(of_without(whole).directory.parent) is None):
         return None
-    changes = [*whole.changes(fingerprint)]
+    changes = [*_changes(scene, whole, fingerprint, words)]
     if (whole.record.outputs, whole.record.rgb_twin) != (words.outputs, words.rgb_twin):
         changes.append("outputs")
     if not changes or words.on_change == "resume":

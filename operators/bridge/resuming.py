@@ -7,7 +7,7 @@ from typing import Literal
 import bpy
 
 from ...spectral_probe.errors import FileFormatError, RenderError
-from ...spectral_probe.render.pass_folder import PassFolder, digest_of, open_pass_folder
+from ...spectral_probe.render.pass_folder import PassFolder, digest_of, look_again, open_pass_folder
 from ...spectral_probe.render.plan_file import load_plan
 from .assembling import PLAN_NAME
 from .fingerprint import light_fingerprint, scene_fingerprint
@@ -49,6 +49,7 @@ def refuse_probe_folder(directory: Path) -> None:
 
 def begun_folder(directory: Path) -> PassFolder | None:
     """The passes of a frame that was begun and has its plan; None where there is none, or one of them is damaged."""
+    look_again(directory / "passes")
     earlier = open_pass_folder(directory / "passes")
     plan = directory / PLAN_NAME
     try:
@@ -58,8 +59,21 @@ def begun_folder(directory: Path) -> PassFolder | None:
         return None
 
 
+def changes_since(
+    earlier: PassFolder, fingerprint: Mapping[str, str], files: str, frame: int
+) -> tuple[str, ...]:
+    """Parts of a fingerprint that have changed since a frame was begun.
+
+    The scene has not where it was just opened from the same `files` (`file_digest.opened_files_digest`) at the same frame: what
+    another machine's processor makes of them may differ in the last bits.
+    """
+    record = earlier.record
+    same = files != "" and (files, frame) == (record.files, record.frame)
+    return tuple(name for name in earlier.changes(fingerprint) if not (same and name == "scene"))
+
+
 def folder_to_go_on(
-    directory: Path, fingerprint: Mapping[str, str], on_change: OnChange
+    directory: Path, fingerprint: Mapping[str, str], on_change: OnChange, files: str, frame: int
 ) -> PassFolder | None:
     """The folder of an interrupted render of the same; None where the frame has to be begun anew.
 
@@ -71,7 +85,8 @@ def folder_to_go_on(
     earlier = begun_folder(directory)
     if earlier is None or on_change == "restart":
         return None
-    changes, finished = earlier.changes(fingerprint), len(earlier.finished_names())
+    changes = changes_since(earlier, fingerprint, files, frame)
+    finished = len(earlier.finished_names())
     if not changes or (on_change == "resume" and finished):
         return earlier
     if finished and not (directory / REPORT_NAME).is_file():

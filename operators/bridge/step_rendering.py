@@ -13,6 +13,7 @@ import numpy as np
 
 from ...spectral_probe.model import Job, Progress
 from ...spectral_probe.render.frame_steps import FrameStep
+from ...spectral_probe.render.light_file import LIGHT_FOLDER, load_light_sets
 from ...spectral_probe.render.pace import Pace, step_message
 from ...spectral_probe.render.pass_folder import matte_steps, render_steps, sequence_samples
 from ...spectral_probe.render_model import WORLD
@@ -99,7 +100,9 @@ def _passes(task: _Task, wanted: Sequence[FrameStep]) -> Job[list[FrameStep]]:
     with translated(frame.scene, probe, of_layers, level) as (materials, world):
         light: Light
         if of_layers:
-            sets = yield from worked(progress, partial(frame.planner.sets, materials, world))
+            find = partial(load_light_sets, frame.directory.parent / LIGHT_FOLDER, frame.record.light)
+            sets = (yield from worked(progress, find)) if frame.record.light else None
+            sets = sets or (yield from worked(progress, partial(frame.planner.sets, materials, world)))
             light = LayerLight(sets, materials.emission, world)
             light.checked(plan)
         else:

@@ -12,6 +12,7 @@ import numpy as np
 from ..composite_model import Backplate
 from ..errors import FileFormatError
 from ..files.atomic import written_whole
+from ..files.json_object import UNREADABLE, read_object
 from ..model import FloatArray
 from .probe_views import absolute_path, camera_from_table, camera_table, finite_array, relative_path
 
@@ -51,18 +52,9 @@ def load_backplate(path: Path) -> Backplate:
     if not path.is_file():
         raise FileFormatError(f"There is no backplate {path}. Make one with the verb `backplate`.")
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
+        table = read_object(path)
         return backplate_from(table, path.resolve().parent)
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        IndexError,
-        AttributeError,
-        OverflowError,
-        RecursionError,
-    ):
+    except UNREADABLE:
         raise FileFormatError(
             f"{path.name} does not describe a backplate. Make it anew with the verb `backplate`."
         ) from None

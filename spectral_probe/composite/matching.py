@@ -218,14 +218,11 @@ def _check_same_camera(photograph: Photograph, view: ProbeView) -> None:
 
 def _focal_mm(path: Path) -> float | None:
     """The focal length that a photograph states, as far as its header says without its pixels."""
-    from PIL import ExifTags, Image, UnidentifiedImageError
-
-    from ..photo.exif import lens_and_exposure
+    from ..photo.metadata import read_record
 
     try:
-        with Image.open(path) as image:
-            return lens_and_exposure(image.getexif().get_ifd(ExifTags.IFD.Exif))["focal_mm"]
-    except (OSError, UnidentifiedImageError, ValueError, SyntaxError):
+        return read_record(path).focal_mm
+    except PhotographError:
         return None
 
 

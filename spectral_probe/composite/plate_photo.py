@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy.typing as npt
 
 from ..composite_model import Backplate
 from ..errors import FileFormatError, PhotographError
+from ..files.json_object import UNREADABLE, read_object
 from ..model import BoolArray, Exposure, FloatArray, Photograph
 from ..photo.exposure import plausible
 from ..photo.read import read_photograph, srgb_to_linear
@@ -216,10 +216,10 @@ def read_response(path: Path) -> FloatArray:
         f'{path} holds no response curve. Give a backplate.json, the report.json of a probe from converted pictures, or "srgb".'
     )
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
+        table = read_object(path)
         tables = [table, *table.get("views", ())]
         found = [_log_gain_in(entry) for entry in tables]
-    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
+    except UNREADABLE:
         raise none from None
     known = [log_gain for log_gain in found if log_gain is not None]
     if not known:

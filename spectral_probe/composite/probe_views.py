@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import FileFormatError
+from ..files.json_object import UNREADABLE, read_object
 from ..model import Camera, Capture, FloatArray
 
 if TYPE_CHECKING:
@@ -146,11 +146,11 @@ def read_probe_views(folder: Path) -> tuple[ProbeView, ...]:
             f"There is no {REPORT_NAME} in {folder}, which says where the camera stood. Give the folder of a probe."
         )
     try:
-        rows = json.loads(path.read_text(encoding="utf-8"))["views"]
+        rows = read_object(path)["views"]
         if not rows or any(MATCHING_KEY not in row for row in rows):
             raise ValueError("an earlier version's")
         return tuple(_view(row[MATCHING_KEY], folder.resolve()) for row in rows)
-    except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError):
+    except UNREADABLE:
         raise FileFormatError(
             f"{path} does not say which camera took the photographs. Build the probe again with the verb `probe`."
         ) from None

@@ -156,7 +156,7 @@ def read_png(path: Path) -> Picture:
     try:
         with Image.open(path) as image:
             return np.asarray(image.convert("RGB"))
-    except (OSError, UnidentifiedImageError):
+    except (OSError, UnidentifiedImageError, Image.DecompressionBombError, ValueError, SyntaxError):
         raise FileFormatError(
             f"There is no picture {path}, or it cannot be read. Compare the renders again."
         ) from None

@@ -194,7 +194,7 @@ def _limits(
     """The lowest and the highest value shown: all of the curves, and the band as far as it lets them be seen."""
     curves = np.concatenate([estimated, [0.0, 1.0], [] if measured is None else measured])
     lowest, highest = float(np.nanmin(curves)), float(np.nanmax(curves))
-    if band is not None:
+    if band is not None and np.isfinite(band).any(axis=-1).all():
         lowest = min(lowest, max(float(np.nanmin(band[0])), (1 - _TALLEST_BAND) * highest))
         highest = max(highest, min(float(np.nanmax(band[1])), _TALLEST_BAND * highest))
     return lowest, highest

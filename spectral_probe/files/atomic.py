@@ -14,6 +14,7 @@ from .staging import (
     LOCK_NAME,
     MARK_NAME,
     UNFINISHED,
+    destined,
     move_out,
     remove_leftovers,
     staging_folder,
@@ -22,7 +23,7 @@ from .staging import (
 )
 
 __all__ = [
-    "UNFINISHED", "check_folder", "folder_written_whole", "make_folder", "remove_leftovers", "staging_folder",
+    "UNFINISHED", "check_folder", "destined", "folder_written_whole", "make_folder", "remove_leftovers", "staging_folder",
     "written_together", "written_whole",
 ]  # fmt: skip
 
@@ -115,7 +116,11 @@ def written_together(directory: Path, *, last: str, stale: Sequence[str] = ()) -
             unmarked.write_text(mark, encoding="utf-8")
             sync_file(unmarked)
             unmarked.replace(folder / MARK_NAME)
-            sync_folder(folder)
+            try:
+                sync_folder(folder)
+            except OSError:  # then nothing of this is to count
+                (folder / MARK_NAME).unlink()
+                raise
             move_out(folder, directory)
     except OSError as problem:
         raise not_written(directory, problem) from None
@@ -160,7 +165,7 @@ def folder_written_whole(directory: Path) -> Iterator[Path]:
 
 def not_written(path: Path, problem: OSError) -> FileFormatError:
     """What to tell of an output that cannot be written."""
-    why = problem.strerror or problem
+    why, path = problem.strerror or problem, destined(path)
     if problem.errno in _FULL:
         return FileFormatError(f"{path} cannot be written ({why}). Make room, or choose another place.")
     if problem.errno == errno.ENAMETOOLONG:

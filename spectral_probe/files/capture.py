@@ -25,6 +25,8 @@ from .capture_light import (
 from .spectrum_file import is_spectrum_file
 from .toml import Table, TomlReader, entries, is_number, relative
 
+_MOST_BYTES = 16_000_000
+
 _CAMERA_KEYS = (
     "model", "sensitivities", "focal_px", "focal_mm", "sensor_width_mm", "calibration", "principal_px", "distortion",
     "half_size",
@@ -49,6 +51,10 @@ def load_capture(path: Path) -> Capture:
     """
     path = Path(path)
     try:
+        if path.exists() and not path.is_file():  # a pipe would be waited for
+            raise CaptureError(f"{path} cannot be read: it is no file. Give a capture file in TOML.")
+        if path.stat().st_size > _MOST_BYTES:
+            raise CaptureError(f"{path.name} is too large to be a capture file. Give another.")
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise CaptureError(f"There is no capture file at {path}. Check the path.") from None

@@ -209,7 +209,7 @@ def _attributes(file: BinaryIO, size: int) -> Iterator[tuple[str, bytes]]:
     """Names and values of one header, up to the zero that ends it; of those that do not count here, the value is left out."""
     seen = set()
     while name := _text(file):
-        _text(file)
+        kind = _text(file)
         length = _whole(_taken(file, 4))
         if length > size - file.tell():
             raise EOFError
@@ -218,6 +218,9 @@ def _attributes(file: BinaryIO, size: int) -> Iterator[tuple[str, bytes]]:
         seen.add(name)
         if name in _ONCE:
             yield name, _taken(file, length)
+        elif kind == "string":  # the library takes text for UTF-8, and complains on standard output
+            _taken(file, length).decode("utf-8")
+            yield name, b""
         else:
             file.seek(length, 1)
             yield name, b""
@@ -260,7 +263,7 @@ def _channels(data: bytes) -> Iterator[tuple[str, int, int, int]]:
         kind, across, down = struct.unpack_from("<i4x2i", data, end + 1)
         if kind not in _PIXEL_BYTES or min(across, down) < 1:
             raise ValueError("a channel of no kind")
-        yield data[at:end].decode("latin-1"), _PIXEL_BYTES[kind], across, down
+        yield data[at:end].decode("utf-8"), _PIXEL_BYTES[kind], across, down
         at = end + 17
 
 
@@ -280,7 +283,7 @@ def _text(file: BinaryIO) -> str:
         found += letter
         if len(found) >= _LONGEST_NAME:
             raise ValueError("a name too long")
-    return found.decode("latin-1")
+    return found.decode("utf-8")
 
 
 def _taken(file: BinaryIO, count: int) -> bytes:

@@ -2,7 +2,8 @@
 
 The OpenEXR library encodes whole images. A file of scan lines is a header, a table of where the chunks of 1 or 16 lines begin,
 and the chunks (OpenEXR, "File Layout"), each encoded by itself: so the library encodes a few rows as a small image, and its
-chunks are put behind one another under the first one's header. The file is to the byte what the library makes of it whole.
+chunks are put behind one another under the first one's header. The file is to the byte what the library writes of the whole
+image.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import OpenEXR
 
 from ..errors import FileFormatError
 from ..parallel import processors
+from .silence import libraries_silenced
 
 type Header = dict[str, Any]
 type MakeRows = Callable[[slice], Mapping[str, Any]]
@@ -160,9 +162,10 @@ class ExrRows:
     def __init__(self, path: Path) -> None:
         self._name = Path(path).name
         try:
-            self.header: Header = dict(OpenEXR.File(str(path), header_only=True).header())
-            self._file = OpenEXR.InputFile(str(path))
-            kinds = self._file.header()["channels"]
+            with libraries_silenced():
+                self.header: Header = dict(OpenEXR.File(str(path), header_only=True).header())
+                self._file = OpenEXR.InputFile(str(path))
+                kinds = self._file.header()["channels"]
         except (RuntimeError, OSError, KeyError, ValueError) as problem:
             raise FileFormatError(
                 f"{self._name} cannot be read as OpenEXR ({problem}). It may be cut short."
@@ -196,7 +199,8 @@ class ExrRows:
         """
         first, last = self._top + rows.start, self._top + rows.stop - 1
         try:
-            found = self._file.channels(list(names), scanLine1=first, scanLine2=last)
+            with libraries_silenced():
+                found = self._file.channels(list(names), scanLine1=first, scanLine2=last)
         except (OSError, RuntimeError):
             raise FileFormatError(
                 f"{self._name} is damaged or cut short: its pixels cannot be read. Write it again."

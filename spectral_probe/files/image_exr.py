@@ -12,9 +12,10 @@ import OpenEXR
 
 from ..errors import FileFormatError
 from ..model import FloatArray
-from .atomic import written_whole
+from .atomic import destined, written_whole
 from .exr_limits import check_exr, check_readable, refuse_deep
 from .exr_rows import ExrRows, MakeRows, encode_rows
+from .silence import libraries_silenced
 
 type Header = dict[str, Any]
 
@@ -75,7 +76,7 @@ def write_rows(
         except OSError as problem:
             free = shutil.disk_usage(temporary.parent).free / 1e6
             raise FileFormatError(
-                f"{path} cannot be written ({problem.strerror or problem}); {free:.0f} MB are free there. "
+                f"{destined(path)} cannot be written ({problem.strerror or problem}); {free:.0f} MB are free there. "
                 "Make room, or choose another place."
             ) from None
 
@@ -92,15 +93,16 @@ def read_channels(path: Path) -> tuple[dict[str, Any], Header]:
     _check_there(path)
     check_readable(path)
     try:
-        file = OpenEXR.File(str(path), separate_channels=True)
-        channels, header = file.channels(), file.header()
+        with libraries_silenced():
+            file = OpenEXR.File(str(path), separate_channels=True)
+            channels, header = file.channels(), file.header()
     except RuntimeError as problem:
         raise FileFormatError(
             f"{path.name} cannot be read as OpenEXR ({problem}). It may be cut short."
         ) from None
     except ValueError:  # a part of which nothing could be read
         raise FileFormatError(
-            f"{path.name} is cut short: its pixels cannot be read. Write it again."
+            f"{path.name} is cut short or broken: its pixels cannot be read. Write it again."
         ) from None
     return {name: channel.pixels for name, channel in channels.items()}, dict(header)
 

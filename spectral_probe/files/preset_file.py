@@ -26,7 +26,9 @@ def read_preset(path: Path) -> dict[str, Setting]:
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise FileFormatError(f"{path.name} is too large to be a preset. Remove it from the presets.")
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        if not path.is_file() and path.exists():
+            raise FileFormatError(f"{path.name} is no file. Remove it from the presets.")
+        return _flat(tomllib.loads(path.read_text(encoding="utf-8")), path)
     except OSError as problem:
         raise FileFormatError(
             f"The preset {path} cannot be read ({problem.strerror}). Check its name and permissions."
@@ -38,7 +40,6 @@ def read_preset(path: Path) -> dict[str, Setting]:
         raise FileFormatError(
             f"{path.name} is no preset ({problem}). Save it again, or remove it."
         ) from problem
-    return _flat(document, path)
 
 
 def _flat(table: Mapping[str, object], path: Path, before: str = "") -> dict[str, Setting]:

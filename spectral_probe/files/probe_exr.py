@@ -17,6 +17,7 @@ from ..render_model import LightLayers
 from ..spectra.colorimetry import panorama_rec709
 from .exr_rows import ExrRows
 from .image_exr import open_rows, write_rgb, write_rows
+from .json_object import UNREADABLE
 
 _PROBE_HEADER = "spectralProbe"
 _LAYERS_HEADER = "spectralProbeLayers"
@@ -77,7 +78,7 @@ def read_probe(path: Path) -> SpectralPanorama:
         data = _header(image.header, _PROBE_HEADER, path)
         try:
             return _panorama(image, data)
-        except (KeyError, ValueError, IndexError, TypeError, AttributeError):
+        except UNREADABLE:
             raise FileFormatError(
                 f"{Path(path).name} is a damaged probe. Build it again from its capture."
             ) from None
@@ -195,24 +196,25 @@ def read_layers(path: Path) -> LightLayers:
     """
     with open_rows(path) as image:
         data = _header(image.header, _LAYERS_HEADER, path)
-        if not set("RGB") <= set(image.names) or not {"spectra", "wavelengths_nm", "residual"} <= set(data):
-            raise FileFormatError(f"{Path(path).name} is damaged. Build the probe again from its capture.")
-        weights = np.empty((image.height, image.width, 3), np.float32)
-        for rows in image.blocks():
-            for number, plane in enumerate(image.read("RGB", rows).values()):
-                weights[rows][..., number] = plane
-    return LightLayers(
-        weights,
-        np.asarray(data["spectra"], float),
-        np.asarray(data["wavelengths_nm"], float),
-        float(data["residual"]),
-    )
+        try:
+            wavelengths = np.asarray(data["wavelengths_nm"], float)
+            spectra = np.asarray(data["spectra"], float).reshape(3, len(wavelengths))
+            residual = float(data["residual"])
+            weights = np.empty((image.height, image.width, 3), np.float32)
+            for rows in image.blocks():
+                for number, plane in enumerate(image.read("RGB", rows).values()):
+                    weights[rows][..., number] = plane
+        except UNREADABLE:
+            raise FileFormatError(
+                f"{Path(path).name} is damaged. Build the probe again from its capture."
+            ) from None
+    return LightLayers(weights, spectra, wavelengths, residual)
 
 
 def _header(header: dict[str, Any], key: str, path: Path) -> dict[str, Any]:
     try:
         data = dict(json.loads(header[key]))
-    except (KeyError, ValueError, TypeError, RecursionError):
+    except UNREADABLE:
         kind = "probe.exr" if key == _PROBE_HEADER else "layers.exr"
         raise FileFormatError(
             f"{Path(path).name} was not written as a {kind} by this program. Choose that file."

@@ -9,6 +9,7 @@ from typing import Any
 from ..errors import FileFormatError, SpectralDataError
 from ..model import Region
 from ..spectra.regions import check_region
+from .json_object import MOST_BYTES
 from .toml import is_number
 
 _EXAMPLES = '{"polygon_deg": [[az, el], ...]}, {"mask": "m.png"} or {"seed_deg": [az, el]}'
@@ -35,6 +36,8 @@ def read_region(path: Path) -> Region:
     if not path.is_file():
         raise FileFormatError(f"There is no region file {path}. Check the path.")
     try:
+        if path.stat().st_size > MOST_BYTES:
+            raise ValueError("too large")
         data = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         raise FileFormatError(f"{path.name} is not valid JSON. Write {_EXAMPLES}.") from None

@@ -51,6 +51,8 @@ def read_samples(path: Path) -> SampledCurves:
     if path.is_dir():
         raise SpectralDataError(f"{path} is a folder. Give the name of a file in it.")
     try:
+        if path.exists() and not path.is_file():  # a pipe would be waited for
+            raise SpectralDataError(f"{path} is no file but a device. Give a file with a spectrum.")
         if path.stat().st_size > _LARGEST_FILE_BYTES:
             raise SpectralDataError(f"{path.name} is larger than any table of spectra. Give another file.")
         data = path.read_bytes()

@@ -111,6 +111,7 @@ def move_out(folder: Path, directory: Path) -> None:
         ValueError,
         KeyError,
         TypeError,
+        RecursionError,
     ):  # cut short with the machine: written before all else took its place
         (folder / MARK_NAME).unlink()
         return
@@ -146,6 +147,17 @@ def sync_folder(path: Path) -> None:
             raise
     finally:
         os.close(folder)
+
+
+def destined(path: Path) -> Path:
+    """Where a file in a staging folder is to go, which is what a person should be told; other paths are themselves.
+
+    Examples
+    --------
+    >>> destined(Path("out", f"{UNFINISHED}ab-cd-ef", "probe.exr")).as_posix()
+    'out/probe.exr'
+    """
+    return Path(*(part for part in path.parts if not part.startswith(UNFINISHED)))
 
 
 def _machine() -> tuple[str, str]:

@@ -5,14 +5,13 @@ Where the intrinsics come from, in order: a calibration file, the capture file, 
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 
 from ..errors import CaptureError
+from ..files.json_object import UNREADABLE, read_object
 from ..model import Camera, CameraSettings, FloatArray, Photograph
 
 _FULL_FRAME_DIAGONAL_MM = 43.2666
@@ -83,7 +82,9 @@ def _focal_length_px(settings: CameraSettings, photograph: Photograph) -> tuple[
 
 def _calibrated(path: Path, size_px: tuple[int, int]) -> Camera:
     try:
-        data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if not path.exists():
+            raise CaptureError(f"There is no camera calibration at {path}. Check the path.")
+        data = read_object(path)
         focal, principal = data["focal_px"], data["principal_px"]
         camera = Camera(
             (float(focal[0]), float(focal[1])),
@@ -92,9 +93,9 @@ def _calibrated(path: Path, size_px: tuple[int, int]) -> Camera:
             tuple(float(value) for value in data.get("distortion", (0,) * 5)),
             f"calibration {path.name}",
         )
-    except FileNotFoundError:
-        raise CaptureError(f"There is no camera calibration at {path}. Check the path.") from None
-    except (OSError, ValueError, KeyError, TypeError, IndexError, OverflowError):
+        if min(camera.size_px) < 1:
+            raise ValueError("no size")
+    except UNREADABLE:
         raise CaptureError(
             f"{path.name} is not a camera calibration. Make one with `calibrate` from photographs of a chessboard."
         ) from None

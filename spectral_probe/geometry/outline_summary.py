@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import SpectralProbeError
+from ..files.json_object import UNREADABLE
 from ..model import Camera, FloatArray, Outline
 from .ball import fit_ball
 from .ball_zones import Ring, ball_zones
@@ -106,5 +107,5 @@ def from_text(text: str) -> OutlineSummary:
             zones,
             float(document["cone_angle_rad"]),
         )
-    except (ValueError, KeyError, TypeError):
+    except UNREADABLE:
         return OutlineSummary()

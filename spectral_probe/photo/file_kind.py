@@ -6,15 +6,19 @@ claims, and most write lines of their own to the terminal.
 
 from __future__ import annotations
 
+import warnings
 import zlib
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import FileFormatError, PhotographError
 from . import suffixes
+
+if TYPE_CHECKING:
+    from ..files.exr_limits import ExrPart
 
 type Kind = Literal["JPEG", "PNG", "TIFF", "OpenEXR", "Radiance HDR", "raw", "other"]
 type Bytes = npt.NDArray[np.uint8]
@@ -69,18 +73,7 @@ def file_kind(path: Path) -> Kind:
     PhotographError
         If the file is missing, a folder, unreadable, empty, of no known kind, or of another than its name says.
     """
-    if path.is_dir():
-        raise PhotographError(f"{path} is a folder. Give the photographs in it.")
-    try:
-        with path.open("rb") as file:
-            head = file.read(64)
-    except FileNotFoundError:
-        raise PhotographError(f"There is no photograph {path}. Check its name.") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "its name is not valid"
-        raise PhotographError(
-            f"{path.name} cannot be opened ({reason}). Check its permissions and its disk."
-        ) from error
+    head = _head(path)
     if not head:
         raise PhotographError(f"{path.name} cannot be read: it is empty (0 bytes). Copy or export it again.")
     suffix = path.suffix.lower()
@@ -100,6 +93,24 @@ def file_kind(path: Path) -> Kind:
     if named is not None and named != found:
         raise PhotographError(misnamed(path, found))
     return found
+
+
+def _head(path: Path) -> bytes:
+    """The first bytes of a file."""
+    if path.is_dir():
+        raise PhotographError(f"{path} is a folder. Give the photographs in it.")
+    if path.exists() and not path.is_file():  # a pipe would be waited for
+        raise PhotographError(f"{path.name} is no file but a device. Give a photograph.")
+    try:
+        with path.open("rb") as file:
+            return file.read(64)
+    except FileNotFoundError:
+        raise PhotographError(f"There is no photograph {path}. Check its name.") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "its name is not valid"
+        raise PhotographError(
+            f"{path.name} cannot be opened ({reason}). Check its permissions and its disk."
+        ) from error
 
 
 def misnamed(path: Path, found: Kind) -> str:
@@ -142,6 +153,34 @@ def check_size(path: Path, width: int, height: int) -> None:
         )
     if width * height > MOST_PX_PER_BYTE * path.stat().st_size:
         raise PhotographError(cut_short(path))
+
+
+def check_picture_size(path: Path) -> None:
+    """Refuse a picture of any kind, photograph or not, whose header states a size that `check_size` refuses.
+
+    Raises
+    ------
+    PhotographError
+        If so, or if it is no picture that is known.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    if not path.stat().st_size:
+        raise PhotographError(broken(path))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of large pictures, which are judged here
+        try:
+            with Image.open(path) as image:
+                width, height = image.size
+        except (
+            UnidentifiedImageError,
+            Image.DecompressionBombError,
+            OSError,
+            SyntaxError,
+            ValueError,
+        ) as error:
+            raise PhotographError(broken(path)) from error
+    check_size(path, width, height)
 
 
 def mapped(path: Path) -> Bytes:
@@ -218,13 +257,13 @@ def png_header(path: Path) -> tuple[int, int, int, int]:
 # ---------------------------------------------------------------- OpenEXR
 
 
-def check_exr(path: Path) -> None:
-    """Refuse an OpenEXR file whose header is hostile or whose last block is not all there (`files.exr_limits`).
+def check_exr(path: Path) -> tuple[ExrPart, ...]:
+    """The parts of an OpenEXR file, whose header is sound and whose last block is all there (`files.exr_limits`).
 
     Raises
     ------
     PhotographError
-        If so.
+        If it is not.
     """
     from ..files import exr_limits
 
@@ -238,3 +277,4 @@ def check_exr(path: Path) -> None:
         exr_limits.check_memory(path, parts)
     except FileFormatError as problem:
         raise PhotographError(str(problem)) from None
+    return parts

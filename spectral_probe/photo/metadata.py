@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import PhotographError
+from ..files.silence import libraries_silenced
 from ..model import Exposure
 from .exif import EXIF_F_NUMBER, EXIF_IFD, EXIF_ORIENTATION, lens_and_exposure, positive_tag
 from .file_kind import Kind, check_size, file_kind, jpeg_size, mapped
@@ -155,7 +156,7 @@ def _raw_header(path: Path) -> tuple[tuple[int, int] | None, Mapping[int, Any]]:
     import rawpy
 
     try:
-        with rawpy.imread(str(path)) as raw:
+        with libraries_silenced(), rawpy.imread(str(path)) as raw:
             other, size_px = raw.other, (int(raw.sizes.width), int(raw.sizes.height))
             flip = int(raw.sizes.flip)
     except (rawpy.LibRawError, OSError, MemoryError) as error:
@@ -178,13 +179,13 @@ def _brightness(path: Path) -> float | None:
     """Mean of the stored values, 0..1, from a picture an eighth of the size; None where it cannot be read."""
     import cv2
 
-    before = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    from .read import opencv_silent
+
     try:
-        small = cv2.imdecode(mapped(path), cv2.IMREAD_REDUCED_COLOR_8)
+        with opencv_silent():
+            small = cv2.imdecode(mapped(path), cv2.IMREAD_REDUCED_COLOR_8)
     except cv2.error:
         return None
-    finally:
-        cv2.utils.logging.setLogLevel(before)
     return None if small is None else float(np.mean(small)) / 255.0
 
 

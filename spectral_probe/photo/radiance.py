@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PhotographError
+from ..files.silence import libraries_silenced
 from ..model import BoolArray, FloatArray, Photograph
 from .file_kind import broken, check_exr
 
@@ -71,12 +72,15 @@ def read_exr(path: Path, *, grey: bool = False) -> Photograph:
     """
     import OpenEXR
 
-    check_exr(path)
+    claimed = check_exr(path)
     try:
-        file = OpenEXR.File(str(path), separate_channels=True)
+        with libraries_silenced():
+            file = OpenEXR.File(str(path), separate_channels=True)
         parts = [(file.header(index), file.channels(index)) for index in range(len(file.parts))]
     except (RuntimeError, ValueError, OSError, MemoryError) as error:
         raise PhotographError(broken(path)) from error
+    if any(len(found) < len(part.channels) for (_, found), part in zip(parts, claimed, strict=False)):
+        raise PhotographError(broken(path))  # the library leaves out a part that it cannot unpack
     header, channels = _part_with_colour(path, parts, grey=grey)
     planes = [np.asarray(channel.pixels) for channel in channels]
     if any(plane.dtype == object or plane.ndim != 2 for plane in planes):

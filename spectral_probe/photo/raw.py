@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PhotographError
+from ..files.silence import libraries_silenced
 from ..model import BoolArray, Exposure, FloatArray, Photograph
 from .exif import (
     EXIF_FOCAL_35MM,
@@ -67,7 +68,7 @@ def read_raw(path: Path, *, half_size: bool = False) -> Photograph:
 
     plain_tiff = _check_whole(path)
     try:
-        with rawpy.imread(str(path)) as raw:
+        with libraries_silenced(), rawpy.imread(str(path)) as raw:
             check_size(path, raw.sizes.width, raw.sizes.height)
             if raw.num_colors != 3:
                 raise PhotographError(

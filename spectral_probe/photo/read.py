@@ -28,6 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PhotographError
+from ..files.silence import libraries_silenced
 from ..model import BoolArray, FloatArray, Photograph
 from .exif import EXIF_IFD, EXIF_ORIENTATION, lens_and_exposure, positive_tag
 from .file_kind import Kind, broken, check_size, file_kind, jpeg_size, mapped, misnamed, png_header
@@ -149,7 +150,8 @@ def _read_eight_bit(path: Path, kind: Kind, *, grey: bool) -> Photograph:
         try:
             image = _pillow_image(kind, file)
             _check_colour(path, image.mode, grey=grey)
-            image.load()
+            with libraries_silenced():
+                image.load()
             exif = _exif(image)
             profile = image.info.get("icc_profile")
             image = image.convert("RGB") if image.mode != "RGB" else image
@@ -293,7 +295,7 @@ def _read_sixteen_bit(
 
 def _decoded(path: Path, *, grey: bool) -> npt.NDArray[Any]:
     """What OpenCV reads, as R, G, B (H, W, 3)."""
-    with _opencv_silent():
+    with opencv_silent():
         try:
             # From a buffer: imread fails on names outside the code page on Windows.
             stored = cv2.imdecode(mapped(path), cv2.IMREAD_UNCHANGED)
@@ -325,11 +327,12 @@ def _read_hdr(path: Path) -> Photograph:
 
 
 @contextmanager
-def _opencv_silent() -> Iterator[None]:
-    """OpenCV's log off: what it has to say of a broken file is said by the error."""
+def opencv_silent() -> Iterator[None]:
+    """OpenCV's log off, and its libraries': what they have to say of a broken file is said by the error."""
     before = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
-        yield
+        with libraries_silenced():
+            yield
     finally:
         cv2.utils.logging.setLogLevel(before)
 

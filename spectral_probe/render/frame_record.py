@@ -5,6 +5,7 @@ It stands in `passes/index.json` (`pass_folder`), from which other processes and
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,7 +63,11 @@ class FrameRecord:
     warnings
         Sentences on what was left out, as far as no single step knows better.
     words
-        The words of the command line that begun it: light, plan and outputs; none where it was begun in a window.
+        The words of the command line that began it: light, plan and outputs; none where it was begun in a window.
+    files
+        Digest of the .blend and of the files that it names, where the scene was just opened from it; else "".
+    light
+        Name of the light layers that tasks share (`light_file`); "" where there are none.
     """
 
     scene: str
@@ -84,6 +89,8 @@ class FrameRecord:
     outputs: OutputSettings
     warnings: tuple[str, ...]
     words: tuple[str, ...] = ()
+    files: str = ""
+    light: str = ""
 
     def outputs_for(self, asked: OutputSettings | None = None) -> OutputSettings:
         """What is written: as was said when the frame was begun, but for what is asked for now.
@@ -126,6 +133,8 @@ def record_table(record: FrameRecord) -> dict[str, Any]:
         },
         "warnings": list(record.warnings),
         "words": list(record.words),
+        "files": record.files,
+        "light": record.light,
     }
 
 
@@ -170,7 +179,17 @@ def record_from(kept: Any, folder: Path) -> FrameRecord:
         outputs=_outputs_from(kept["outputs"]),
         warnings=sentences(kept["warnings"]),
         words=sentences(kept["words"]),
+        files=text(kept["files"]),
+        light=_light_name(kept["light"]),
     )
+
+
+def _light_name(kept: Any) -> str:
+    """The name of a file in the folder of light layers, and of none elsewhere."""
+    name = text(kept)
+    if name and not re.fullmatch(r"[0-9a-f]{32}", name):
+        raise ValueError("no name of light layers")
+    return name
 
 
 def _outputs_from(kept: Any) -> OutputSettings:

@@ -18,7 +18,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -299,10 +301,13 @@ class PassFolder:
                 "Start this one again with those of the other, or choose another folder."
             )
         path = self.path(name)
+        try:
+            size, digest = path.stat().st_size, digest_of(path)
+        except OSError as problem:
+            raise RenderError(f"{path} cannot be read ({problem.strerror}). Render it again.") from None
         entry = FinishedStep(
-            path.stat().st_size, digest_of(path), self.fingerprint_digest, self.plan, seconds, samples, device,
-            tuple(warnings),
-        )  # fmt: skip
+            size, digest, self.fingerprint_digest, self.plan, seconds, samples, device, tuple(warnings)
+        )
         _write_table(self.manifest_path(name), {"format": _STEP_FORMAT, **asdict(entry)})
 
     def changes(self, fingerprint: Mapping[str, str]) -> tuple[str, ...]:
@@ -366,6 +371,13 @@ def _finished_step(content: Mapping[str, Any]) -> FinishedStep:
 def _write_table(path: Path, content: Mapping[str, Any]) -> None:
     with written_whole(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+def look_again(directory: Path) -> None:
+    """Have a network share forget that files were not in a folder: another machine may have written them since."""
+    with suppress(OSError), os.scandir(directory) as entries:
+        for _ in entries:
+            pass
 
 
 def digest_of(path: Path) -> str:

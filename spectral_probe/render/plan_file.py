@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import FileFormatError
 from ..files.atomic import written_whole
+from ..files.json_object import UNREADABLE, read_object
 from ..model import FloatArray
 from ..render_model import EmissionGroup, PassPlan, SwappableLayer
 
@@ -68,14 +69,12 @@ def load_plan(path: Path) -> PassPlan:
         If the file is missing, is no plan, or was written by an earlier version.
     """
     wrong = FileFormatError(f"{path} is not a plan of passes. Give the plan.json of a spectral render.")
+    if not Path(path).is_file():
+        raise FileFormatError(f"{path} cannot be read. Give the plan.json of a spectral render.")
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError:
-        raise FileFormatError(f"{path} cannot be read. Give the plan.json of a spectral render.") from None
-    except (ValueError, RecursionError):
+        content = read_object(Path(path))
+    except UNREADABLE:
         raise wrong from None
-    if not isinstance(content, dict):
-        raise wrong
     if content.get("format") in _OLD_FORMATS:
         raise FileFormatError(
             f"{path} is a plan of an earlier version, which lacks what a render needs now. Render again to make a new one."
@@ -84,7 +83,7 @@ def load_plan(path: Path) -> PassPlan:
         raise wrong
     try:
         plan = _plan_from(content)
-    except (KeyError, TypeError, ValueError, IndexError):
+    except UNREADABLE:
         raise wrong from None
     if not _consistent(plan):
         raise wrong

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import FileFormatError
+from ..files.json_object import UNREADABLE
 from ..geometry.frames import panorama_solid_angles
 from ..large import let_go, strips
 from ..model import BoolArray, FloatArray, SpectralPanorama, Texels
@@ -108,7 +109,7 @@ def light_posterior(panorama: SpectralPanorama, chosen: BoolArray | Texels) -> P
         return None
     try:
         return _light_posterior(panorama, parts, entry)
-    except (KeyError, TypeError, ValueError, IndexError, np.linalg.LinAlgError):
+    except (*UNREADABLE, np.linalg.LinAlgError):
         raise FileFormatError(
             "The probe's header is damaged. Build the probe again from its capture."
         ) from None
@@ -201,7 +202,7 @@ def light_kinds(panorama: SpectralPanorama) -> LightKinds:
         )
     try:
         return _light_kinds(panorama, entry)
-    except (KeyError, TypeError, ValueError, IndexError, np.linalg.LinAlgError):
+    except (*UNREADABLE, np.linalg.LinAlgError):
         raise FileFormatError(
             "The probe's header is damaged. Build the probe again from its capture."
         ) from None

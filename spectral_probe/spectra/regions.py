@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import FileFormatError, SpectralDataError
+from ..errors import FileFormatError, PhotographError, SpectralDataError
 from ..geometry.frames import bearing_to_direction, panorama_solid_angles
 from ..model import BoolArray, FloatArray, Region, SpectralPanorama, Texels
 from .growing import grown_region, panorama_luminance
@@ -268,13 +268,21 @@ def read_mask(path: Path, height: int, width: int) -> BoolArray:
     FileFormatError
         If there is no such picture, or it is not twice as wide as high.
     """
+    from ..photo.file_kind import check_picture_size, mapped
+    from ..photo.read import opencv_silent
+
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"There is no mask {path}. Check the path.")
-    data = np.frombuffer(path.read_bytes(), np.uint8)
-    pixels = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    unreadable = FileFormatError(f"{path.name} cannot be read as a picture. Save the mask as PNG.")
+    try:
+        check_picture_size(path)  # the decoder allocates what the file claims
+        with opencv_silent():
+            pixels = cv2.imdecode(mapped(path), cv2.IMREAD_UNCHANGED)
+    except (PhotographError, cv2.error):
+        raise unreadable from None
     if pixels is None:
-        raise FileFormatError(f"{path.name} cannot be read as a picture. Save the mask as PNG.")
+        raise unreadable
     return mask_from_pixels(pixels, height, width, path.name)
 
 

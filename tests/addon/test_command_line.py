@@ -2,6 +2,8 @@
 
 import json
 import os
+import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -80,6 +82,57 @@ def test_a_plan_is_used_again_in_the_own_world(run, scene_file, tmp_path, capfd)
     assert again["wavelengths_nm"] == first["wavelengths_nm"]
     assert run([*words, "-o", str(out), "--plan", str(tmp_path / "lost.json")]) == 2
     assert "lost.json" in capfd.readouterr().err.splitlines()[-1]
+
+
+def test_frames_in_parts(run, scene_file, probe_file, tmp_path, capfd):
+    """Two tasks a frame and one that puts the frames together, as a farm calls them."""
+    out = tmp_path / "out"
+    light = ["--probe", str(probe_file), "--passes", "1", "--no-rgb"]
+    words = ["render-pass", str(scene_file), *light, "-o", str(out), "--json"]
+
+    def task(frame, which, *more, status=0):
+        capfd.readouterr()
+        assert run([*words, "--frame", frame, "--pass", which, *more]) == status
+        printed = capfd.readouterr()
+        return json.loads(printed.out) if status == 0 else printed.err.splitlines()[-1]
+
+    first = task("7", "1/2")
+    assert (first["rendered"], first["written"]) == (["pass_00"], str(out / "frame_0007"))
+    assert task("7", "2/2")["note"] == "Nothing to do: all 1 passes of the frame are in other shares."
+    assert task("7", "pass_00")["finished_before"] == ["pass_00"]
+    assert "its samples changed" in task("7", "1/2", "--samples", "2", status=2)
+    assert 'no pass "pass_09"' in task("7", "pass_09", status=2)
+    assert run(["combine", str(out), "--frames", "7-8"]) == 2
+    told = capfd.readouterr().err.splitlines()[-1]
+    assert told.startswith(f"1 of 2 frames were not put together. There is no frame in {out / 'frame_0008'}")
+    report = out / "frame_0007" / "report.json"
+    assert report.is_file()  # all are tried
+    shutil.rmtree(out / "frame_0007" / "passes")
+    assert task("7", "1/1")["rendered"] == ["pass_00"]
+    task("8", "1/1")
+    assert run(["combine", str(out / "frame_0007"), "--spectral", "--json"]) == 0
+    numbers = json.loads(capfd.readouterr().out)
+    assert numbers == {**json.loads(report.read_text()), "written": str(out / "frame_0007")}
+    assert (numbers["frame"], numbers["blend"]) == (7, "../../scene.blend")
+    assert (out / "frame_0007" / "spectral.exr").is_file()
+    (out / "frame_0008" / "passes" / "pass_00.exr").unlink()
+    assert run(["combine", str(out), "--frame", "8"]) == 2
+    told = capfd.readouterr().err.splitlines()[-1]
+    assert told.startswith(f"1 of 1 passes is missing or damaged in {out / 'frame_0008'}: pass_00.")
+    command = shlex.split(told.split("Render it: spectral-probe ")[1])
+    assert command == [
+        "render-pass", str(scene_file), *light, "-o", str(out), "--frame", "8", "--pass", "pass_00",
+    ]  # fmt: skip
+    assert run(["combine", str(out)]) == 2
+    assert "--frames" in capfd.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    "which", ["0/3", "4/3", "1/0", "-1/2", "1/", "a/b", "../x", "1/1000000", "pass_00;x"]
+)
+def test_a_share_that_there_is_not(run, which, capfd):
+    assert run(["render-pass", "a.blend", "--world", "-o", "out", "--frame", "1", f"--pass={which}"]) == 2
+    assert len(capfd.readouterr().err.splitlines()) == 1
 
 
 @pytest.mark.parametrize(

@@ -206,7 +206,7 @@ def test_the_installed_command(tmp_path):
 
 def test_long_work_away_from_a_terminal_tells_how_far_it_is(tmp_path, capsys, monkeypatch):
     clock = iter([0.0, 4.0, 11.0, 11.0, 12.0])
-    monkeypatch.setattr("spectral_probe.cli.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("spectral_probe.cli_progress.time.monotonic", lambda: next(clock))
 
     def render(_):
         for step in (0.1, 0.5, 0.6):

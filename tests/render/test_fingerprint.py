@@ -1,5 +1,7 @@
 """The fingerprint: the same after saving and opening again, another after every visible change."""
 
+import shutil
+
 import bpy
 import numpy as np
 import pytest
@@ -136,6 +138,34 @@ def test_the_content_of_a_file_with_a_spectrum(furnished, digest, tmp_path, kind
     before = digest(furnished)
     table.write_text("400,0.5,1\n700,0.75,1\n")
     assert digest(furnished) != before
+
+
+@pytest.mark.usefixtures("furnished")
+def test_the_same_scene_elsewhere(digest, extension, tmp_path):
+    """A folder with a scene, its texture and its table, copied under another path, with other times."""
+    of_files = extension("operators.bridge.file_digest").opened_files_digest
+    here, there = tmp_path / "here", tmp_path / "mount" / "there"
+    here.mkdir()
+    (tmp_path / "wood.png").rename(here / "wood.png")
+    (here / "measured.csv").write_text("400,0.5,1\n700,0.5,1\n")
+    settings = bpy.data.materials["Material"].spectral_probe
+    settings.kind, settings.reflectance_path = "REFLECTANCE", "//measured.csv"
+    bpy.data.images["wood.png"].filepath = "//wood.png"
+    bpy.ops.wm.save_as_mainfile(filepath=str(here / "scene.blend"), relative_remap=False)
+    shutil.copytree(here, there, copy_function=shutil.copyfile)
+    digests = []
+    for folder in (here, there):
+        bpy.ops.wm.open_mainfile(filepath=str(folder / "scene.blend"))
+        digests.append((digest(bpy.context.scene), of_files()))
+    assert digests[0] == digests[1]
+    for name in ("measured.csv", "wood.png"):
+        content = (there / name).read_bytes()
+        (there / name).write_bytes(content[:-2] + b"9" + content[-1:])
+        assert digest(bpy.context.scene) != digests[0][0]
+        assert of_files() != digests[0][1]
+        (there / name).write_bytes(content)
+    assert digest(bpy.context.scene) == digests[0][0]
+    assert of_files() == digests[0][1]
 
 
 def test_light(extension, uniform_light):

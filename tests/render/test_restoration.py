@@ -190,11 +190,14 @@ def test_after_success(furnished, bridge, extension, uniform_light, tmp_path, pa
     assert [layer.name for layer in furnished.view_layers] == list(result.layers)
 
 
-def test_after_an_error_in_mid_render(furnished, bridge, uniform_light, go_on, tmp_path, monkeypatch):
+def test_after_an_error_in_mid_render(
+    furnished, bridge, extension, uniform_light, go_on, tmp_path, monkeypatch
+):
     before = everything(furnished)
     job = bridge.spectral_render(furnished, uniform_light(np.ones(61)), None, tmp_path, samples=1, passes=3)
     go_on(job, 3)
-    monkeypatch.setattr(bridge, "sequence_samples", None)  # an error no one foresaw
+    rendering = extension("operators.bridge.step_rendering")
+    monkeypatch.setattr(rendering, "sequence_samples", None)  # an error no one foresaw
     with pytest.raises(TypeError):
         for _ in job:
             pass
