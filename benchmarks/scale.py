@@ -7,12 +7,13 @@ Every point runs in a process of its own, whose peak resident memory the system 
 
 - panorama: the verb `probe` on the bundled gym, three views, all its files, for widths 512 ... 16384;
 - views: the same at 2048, with the gym's views once, twice and more often over;
-- render: `combine`'s work on made-up passes, so that no time of Cycles enters: 640 x 360 ... 3840 x 2160, with all 61 bands, of 21
-  passes, and of five of which four are ratios;
+- render: `combine`'s work on made-up passes, so that no time of Cycles enters: 640 x 360 ... 3840 x 2160, with all 61 bands,
+  of 21 passes, and of five of which four are ratios;
 - frames: that of 640 x 360 with 21 passes, 1 ... 16 times in one process.
 
 `seconds` are those of the whole process. `seconds_fixed` of them do not depend on what is varied, and are measured apart: for
-panoramas imports, photographs, bases and registration; for views and renders imports and bases. Exponents are fitted by least squares to the logarithms of `seconds - seconds_fixed`. Memory is fitted as a straight line.
+panoramas imports, photographs, bases and registration; for views and renders imports and bases. Exponents are fitted by least
+squares to the logarithms of `seconds - seconds_fixed`; memory is fitted as a straight line.
 """
 
 from __future__ import annotations
@@ -162,7 +163,14 @@ def point(options: argparse.Namespace) -> dict[str, Any]:
     else:
         told = combine_point(kind.split()[1], options.output, frames)
     seconds = time.perf_counter() - START
-    return {"seconds": round(seconds, 2), "peak_gb": round(peak_gb(), 3), **told}
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    processor = round(used.ru_utime + used.ru_stime, 2)
+    return {
+        "seconds": round(seconds, 2),
+        "seconds_processor": processor,
+        "peak_gb": round(peak_gb(), 3),
+        **told,
+    }
 
 
 def in_own_process(kind: str, size: tuple[int, int, int, int], folder: Path) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 The OpenEXR library encodes whole images. A file of scan lines is a header, a table of where the chunks of 1 or 16 lines begin,
 and the chunks (OpenEXR, "File Layout"), each encoded by itself: so the library encodes a few rows as a small image, and its
-chunks are put behind one another under the first one's header. The file is to the byte what the library makes of it whole.
+chunks are put behind one another under the first one's header. The file is to the byte what the library writes of the whole
+image.
 """
 
 from __future__ import annotations
