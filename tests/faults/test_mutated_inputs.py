@@ -20,7 +20,7 @@ import pytest
 from tests.faults.mutations import mutations_of
 from tests.faults.seeds import KINDS
 
-pytestmark = pytest.mark.long
+
 
 SEED = 20_26
 WORKERS = 2
