@@ -201,3 +201,10 @@ def test_a_calibration_of_no_size_is_none(tmp_path, size):
     photograph = Photograph(tmp_path / "a.dng", np.zeros((4, 6, 3), np.float32), np.zeros((4, 6), bool))
     with pytest.raises(CaptureError, match="not a camera calibration"):
         camera_for(CameraSettings(calibration=path), photograph)
+
+
+def test_a_mean_confidence_that_rounding_put_above_one_has_no_error():
+    """The mean of single precision ones: it was not a number, and neither was the band drawn from it."""
+    from spectral_probe.spectra.confidence import error_of_confidence
+
+    assert error_of_confidence(1.0000001) == 0.0
