@@ -15,7 +15,7 @@ from pathlib import Path
 from .errors import SpectralProbeError
 from .geometry.panorama import WIDTHS
 from .model import Capture
-from .photo.metadata import read_record
+from .photo.metadata import size_px
 
 BASE_BYTES = 470_000_000
 _PHOTO_BYTES = 16
@@ -92,7 +92,7 @@ def _container_free(folder: Path) -> Sequence[int]:
 def _size(photo: Path) -> tuple[int, int]:
     """Width and height of a photograph; a large one's where its header does not say."""
     try:
-        size = read_record(photo).size_px
+        size = size_px(photo)
     except SpectralProbeError:  # building the probe says what is wrong with it
         size = None
     side = math.isqrt(_UNKNOWN_PX)

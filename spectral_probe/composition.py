@@ -78,20 +78,19 @@ def compose(
     height = width // 2
     solid_angles = panorama_solid_angles(height, width)
     used = [0] * len(views) if filters is None else list(filters)
-    blends = [Blend(height, width, 7) for _ in corrections]
+    blends = [Blend(height, width, 3, 3, 1) for _ in corrections]
     seen, valid = np.zeros((2, len(corrections), height, width), bool)
     clipped_sr = []
     for number, (placed, registered) in enumerate(zip(views, registration.views, strict=True)):
         yield Progress(number / len(views), f"View {number + 1} of {len(views)}: unwrapping the ball")
         unwrapping = Unwrapping.of(placed.image, placed.camera, placed.ball, registered.rotation, width)
-        error_rad = unwrapping.sampling.resized(height, width).direction_error_rad
-        own_doubt = resized(doubt[number], width)
+        error_rad = unwrapping.sampling.resized_error(height, width)
         gain = np.asarray(registered.gain, np.float32)
 
         def add(
             rows: slice,
             unwrapping: Unwrapping = unwrapping,
-            doubt: FloatArray = own_doubt,
+            doubt: FloatArray = doubt[number],
             gain: FloatArray = gain,
             error_rad: FloatArray = error_rad,
             pixel_rad: float = placed.pixel_rad,
@@ -100,26 +99,30 @@ def compose(
             view, correction = unwrapping.rows(rows), corrections[through]
             own = correction.light_responses(view.responses * gain, view.cos_incidence)
             variance = correction.light_variance(view.variance * gain**2, view.cos_incidence)
-            score = view_score(view, doubt[rows], pixel_rad, composition)
+            score = view_score(view, resized(doubt, width, rows), pixel_rad, composition)
             blends[through].add(rows, np.dstack([own, variance, error_rad[rows]]), score)
             seen[through, rows] |= view.seen
             valid[through, rows] |= view.valid
             return float((solid_angles[rows] * (view.seen & ~view.valid)).sum())
 
         clipped_sr.append(sum(in_parallel(add, row_blocks(width))))
+        del unwrapping, error_rad, add  # the last one's, too
     yield Progress(1.0, "Filling what no view saw")
-    known = np.stack([blend.known for blend in blends])
-    means = [blend.mean() for blend in blends]
-    responses = [
-        without_chromaticity_noise(fill_unknown(mean[..., :3], own), mean[..., 3:6])
-        for mean, own in zip(means, known, strict=True)
-    ]
+    known = blends[0].known
+    responses, variances, errors_rad = [], [], []
+    while blends:  # one at a time, and its scores are let go first
+        own_known, (response, variance, error_rad) = blends[0].known, blends.pop(0).means()
+        response = fill_unknown(response, own_known, in_place=True)
+        responses.append(without_chromaticity_noise(response, variance, in_place=True))
+        variances.append(variance)
+        errors_rad.append(error_rad[..., 0])
+    errors_rad[0][~known] = np.pi
     return ResponsePanorama(
-        responses=np.dstack(responses),
-        variance=np.dstack([mean[..., 3:6] for mean in means]),
+        responses=responses[0] if len(responses) == 1 else np.dstack(responses),
+        variance=variances[0] if len(variances) == 1 else np.dstack(variances),
         seen_through=valid,
         valid=valid[0],
-        direction_error_rad=np.where(known[0], means[0][..., 6], np.pi).astype(np.float32),
+        direction_error_rad=errors_rad[0],
         clipped_sr=tuple(clipped_sr),
         clipped_everywhere_sr=float((solid_angles * (seen[0] & ~valid[0])).sum()),
     )

@@ -15,13 +15,12 @@ import numpy as np
 
 from .errors import FileFormatError
 from .files.atomic import check_folder, folder_written_whole
-from .files.image_exr import write_rgb
-from .files.probe_exr import read_probe, write_layers, write_probe
+from .files.probe_exr import read_probe, write_layers, write_probe, write_world
 from .files.region_json import read_region
 from .geometry.frames import panorama_solid_angles
 from .model import BoolArray, Edit, Job, Keeps, Progress, SpectralPanorama, part
 from .render.layers import light_layers
-from .spectra.colorimetry import chromaticity, panorama_rec709, spectra_to_xyz
+from .spectra.colorimetry import chromaticity, spectra_to_xyz
 from .spectra.edits import (
     apply_edit,
     edited_mask,
@@ -211,7 +210,7 @@ def _write_light(panorama: SpectralPanorama, directory: Path) -> Job[None]:
         yield Progress(0.5, "Writing layers.exr")
         write_layers(folder / "layers.exr", layers)
         yield Progress(0.7, "Writing world.exr")
-        write_rgb(folder / "world.exr", panorama_rec709(panorama))
+        write_world(folder / "world.exr", panorama)
         yield Progress(0.9, "Writing preview.png")
         write_png(folder / "preview.png", panorama_preview(panorama))
 

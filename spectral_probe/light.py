@@ -11,14 +11,14 @@ from .composition import ResponsePanorama
 from .errors import SpectralDataError
 from .geometry.frames import panorama_solid_angles
 from .geometry.sphere import resized
+from .large import large_array, let_go
 from .model import BoolArray, Job, Progress, SpectralPanorama
 from .parallel import in_parallel, row_blocks
-from .spectra.confidence import Recovered
 from .spectra.edits import MOST_BASES
 from .spectra.emitters import direct_probability, surface_luminance
 from .spectra.grid import WAVELENGTHS_NM
 from .spectra.recorded import ENTRY, record
-from .spectra.recovery import MOST_WEIGHTS, SpectralRecovery
+from .spectra.recovery import SpectralRecovery
 
 _KINDS_WIDTH = 256
 """Width of the panorama on which the kinds of light are summed up."""
@@ -59,15 +59,16 @@ def recover_light(
     yield Progress(0.0, "Telling lamps from surfaces")
     luminance = seen.responses[..., :3] @ lights[0].recovery.to_luminance
     surface = surface_luminance(luminance)
-    result = Recovered(
-        np.zeros((height, width, MOST_WEIGHTS), np.float32),
-        np.zeros((height, width), np.uint8),
-        np.zeros((height, width), np.float32),
-    )
+    used = max(light.recovery.bases.shape[1] for light in lights)
+    weights = large_array((height, width, used))
+    basis_index = np.zeros((height, width), np.uint8)
+    confidence = np.zeros((height, width), np.float32)
     for number, light in enumerate(lights):
         yield Progress((number + 0.5) / (len(lights) + 1), "Recovering the spectra")
 
-        def recover(rows: slice, light: LightOf = light, first: int = int(first[number])) -> None:
+        def recover(
+            rows: slice, light: LightOf = light, first: int = int(first[number]), number: int = number
+        ) -> None:
             where = np.ones_like(seen.valid[rows]) if light.where is None else light.where[rows]
             if where.any():
                 found = light.recovery.recover(
@@ -75,23 +76,24 @@ def recover_light(
                     seen.variance[rows][where][:, : light.channels],
                     direct_probability(luminance[rows][where], surface),
                 )
-                result.weights[rows][where] = 0
-                result.weights[rows][where, : found.weights.shape[-1]] = found.weights
-                result.basis_index[rows][where] = found.basis_index + first
-                result.relative_error[rows][where] = found.relative_error
+                if number:
+                    weights[rows][where] = 0
+                weights[rows][where, : found.weights.shape[-1]] = found.weights
+                let_go(weights)
+                basis_index[rows][where] = found.basis_index + first
+                confidence[rows][where] = np.where(seen.valid[rows][where], found.confidence, 0)
 
         in_parallel(recover, row_blocks(width))
-    used = max(light.recovery.bases.shape[1] for light in lights)
     bases = np.zeros((first[-1], used, len(WAVELENGTHS_NM)))
     for number, light in enumerate(lights):
         bases[first[number] : first[number + 1], : light.recovery.bases.shape[1]] = light.recovery.bases
     return SpectralPanorama(
-        weights=np.ascontiguousarray(result.weights[..., :used]),
+        weights=weights,
         bases=bases,
-        basis_index=result.basis_index,
+        basis_index=basis_index,
         wavelengths_nm=WAVELENGTHS_NM,
         valid=seen.valid,
-        confidence=np.where(seen.valid, result.confidence, 0).astype(np.float32),
+        confidence=confidence,
         provenance=provenance,
         direction_error_rad=seen.direction_error_rad,
         further={

@@ -17,8 +17,7 @@ from .composite.probe_views import MATCHING_KEY, ProbeView, probe_view, view_tab
 from .composition import compose
 from .errors import CaptureError
 from .files.atomic import written_together
-from .files.image_exr import write_rgb
-from .files.probe_exr import write_layers, write_probe
+from .files.probe_exr import write_layers, write_probe, write_world
 from .files.spectral_exr import write_spectral_panorama
 from .filters import FilterSets, filter_sets
 from .geometry.frames import camera_to_world
@@ -35,7 +34,6 @@ from .render.layers import colour_error, light_layers
 from .render_model import LightLayers
 from .report import probe_report
 from .spectra.camera import REC709, camera_sensitivities
-from .spectra.colorimetry import panorama_rec709
 from .spectra.incidence import IncidenceCorrection, incidence_cosines
 from .spectra.metals import ball_reflectance
 from .view import MeasuredView, measure_view
@@ -224,8 +222,7 @@ def write_outputs(probe: Probe, directory: Path) -> Job[LightLayers]:
         yield Progress(0.1, "Writing layers.exr")
         write_layers(folder / "layers.exr", layers)
         yield Progress(0.2, "Writing world.exr")
-        world = panorama_rec709(probe.panorama)
-        write_rgb(folder / "world.exr", world, header={"comment": _WORLD_COMMENT})
+        write_world(folder / "world.exr", probe.panorama, {"comment": _WORLD_COMMENT})
         yield Progress(0.3, "Writing preview.png")
         write_png(folder / "preview.png", panorama_preview(probe.panorama))
         write_png(folder / "confidence.png", confidence_preview(probe.panorama))

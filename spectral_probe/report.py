@@ -13,6 +13,7 @@ from .geometry.frames import panorama_solid_angles, view_angles
 from .geometry.registration import RegisteredView, ViewRegistration
 from .geometry.sampling import sampling
 from .known_light import Calibration
+from .large import let_go, strips
 from .light import kinds_of_light
 from .model import Capture, SpectralPanorama
 from .recoveries import Recoveries
@@ -171,7 +172,9 @@ def _warnings(views: Sequence[MeasuredView]) -> list[str]:
 def _negative_fraction(panorama: SpectralPanorama) -> float:
     """Share of spectral samples below zero (only the paper's method leaves any)."""
     count = 0
-    for index, basis in enumerate(panorama.bases.astype(np.float32)):
-        weights = panorama.weights[panorama.basis_index == index]
-        count += sum(int(((weights @ column) < 0).sum()) for column in basis.T)
+    for rows in strips(*panorama.valid.shape):
+        for index, basis in enumerate(panorama.bases.astype(np.float32)):
+            weights = panorama.weights[rows][panorama.basis_index[rows] == index]
+            count += sum(int(((weights @ column) < 0).sum()) for column in basis.T)
+        let_go(panorama.weights)
     return float(count / (panorama.valid.size * panorama.bases.shape[-1]))

@@ -28,7 +28,7 @@ from .assembling import PLAN_NAME, remove_pictures, told_where_not_written
 from .backplate import backplates_of
 from .camera_backplate import rendered_size
 from .catchers import Surfaces, surfaces
-from .light import LayerLight, WavelengthLight, light_level, panorama_rec709
+from .light import LayerLight, WavelengthLight, light_level
 from .materials import SpectralMaterials, spectral_materials, working_to_rec709
 from .own_world import OwnWorld, own_world_light
 from .parts import Frame, of_without, parts_of, remove_part
@@ -188,8 +188,7 @@ def _record(
     mean = None if probe is None else (yield from worked(progress, partial(mean_light, probe)))
     level = 1.0 if words.rgb_twin else None
     if probe is not None and words.rgb_twin and not made.emits:  # lamps shine as the user set them
-        rec709 = yield from worked(progress, partial(panorama_rec709, probe))
-        level = float(rec709.mean()) or 1.0
+        level = yield from worked(progress, partial(planner.rec709_level, probe))
     whole, cropped = (
         None if one is None else backplate_table(one, directory) for one in backplates_of(scene)
     )

@@ -87,7 +87,9 @@ def combine(
     outputs, result = record.outputs_for(asked), None
     for number, folder in reversed(list(enumerate(folders))):
         done = None if kept is None else kept[number]
-        result = yield from _put_together(folder, plan, directory, outputs, done, result)
+        fraction = 1.0 if checked else 1.0 - 0.8 * (number + 1) / len(folders)
+        told = Progress(fraction, "Putting the passes together")
+        result = yield from _put_together(told, folder, plan, directory, outputs, done, result)
     if result is None:
         raise ValueError("a frame has at least one part")
     return result
@@ -123,6 +125,7 @@ def _missing_told(directory: Path, record: FrameRecord, missing: list[FrameStep]
 
 
 def _put_together(
+    progress: Progress,
     folder: PassFolder,
     plan: PassPlan,
     directory: Path,
@@ -134,7 +137,7 @@ def _put_together(
     part, record = folder.directory.parent, folder.record
     whole = part == directory
     outputs = replace(outputs, denoise=outputs.denoise and whole)  # no one looks at the other
-    progress, start = Progress(1.0, "Putting the passes together"), time.perf_counter()
+    start = time.perf_counter()
     yield progress
     steps = render_steps(plan, record.samples)
     with written_together(part, last=REPORT_NAME, stale=picture_names(folder.view_layers)) as staging:

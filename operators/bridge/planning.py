@@ -12,6 +12,7 @@ from ...spectral_probe.model import SpectralPanorama
 from ...spectral_probe.render.light_sets import light_sets
 from ...spectral_probe.render.plan import make_plan, wavelength_plan
 from ...spectral_probe.render_model import LightSet, PassPlan
+from .light import panorama_rec709
 from .materials import SpectralMaterials
 from .own_world import OwnWorld
 
@@ -86,6 +87,7 @@ class Planner:
     given: PassPlan | None = None
     _plans: dict[str, PassPlan] = field(default_factory=dict)
     _sets: dict[str, tuple[LightSet, ...]] = field(default_factory=dict)
+    _rec709_levels: list[float] = field(default_factory=list)
 
     def digest(self) -> str:
         """What tells the plans that are made from those of another planner in the same light."""
@@ -94,6 +96,12 @@ class Planner:
         given = self.given
         return _digest(given.wavelengths_nm.tobytes(), given.sample_shares.tobytes(),
                        (given.reconstruction / given.level).tobytes())  # fmt: skip
+
+    def rec709_level(self, probe: SpectralPanorama) -> float:
+        """Mean of the panorama in Rec.709, by which the light of the RGB twin is divided."""
+        if not self._rec709_levels:
+            self._rec709_levels.append(float(panorama_rec709(probe).mean()) or 1.0)
+        return self._rec709_levels[0]
 
     def sets(self, materials: SpectralMaterials, world: OwnWorld | None) -> tuple[LightSet, ...]:
         """The light sets for a scene's materials; `world` is the scene's own where there is no probe."""

@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from ..errors import FileFormatError
 from ..files.atomic import written_whole
-from ..model import BoolArray, FloatArray
+from ..large import TEXELS_A_STRIP, strips
+from ..model import BoolArray, FloatArray, IntArray
 
 KNEE = 0.8
 """Linear display value from which highlights are rolled off."""
@@ -52,12 +53,41 @@ def exposure_for_key(luminance: FloatArray, valid: BoolArray, weights: FloatArra
     counted = valid & (luminance > 0)
     if not counted.any():
         return 1.0
-    values = luminance[counted]
-    shares = np.ones_like(values) if weights is None else np.broadcast_to(weights, luminance.shape)[counted]
+    weight = np.broadcast_to(
+        np.ones((1, 1), luminance.dtype) if weights is None else weights, luminance.shape
+    )
+    before = None
+    if luminance.size > TEXELS_A_STRIP:  # sorting all would take eight times their memory
+        before, counted = _about_median(luminance, counted, weight)
+    values, shares = luminance[counted], weight[counted]
     order = np.argsort(values)
     cumulative = np.cumsum(shares[order], dtype=float)
-    median = values[order][np.searchsorted(cumulative, cumulative[-1] / 2)]
+    half = cumulative[-1] / 2 if before is None else before
+    median = values[order][min(int(np.searchsorted(cumulative, half)), len(order) - 1)]
     return 0.18 / float(median)
+
+
+def _about_median(luminance: FloatArray, counted: BoolArray, weight: FloatArray) -> tuple[float, BoolArray]:
+    """Of positive float32 luminances: which lie near the weighted median (H, W), and how much of their weight lies before it.
+
+    Positive floats are in the order of their bits, so the upper 16 sort them into bins without sorting them.
+    """
+    sums = np.zeros(1 << 16)
+    blocks = strips(*luminance.shape)
+
+    def bins(rows: slice) -> IntArray:
+        return np.ascontiguousarray(luminance[rows], np.float32).view(np.uint32) >> 16
+
+    for rows in blocks:
+        which = counted[rows]
+        sums += np.bincount(bins(rows)[which], weights=weight[rows][which], minlength=len(sums))
+    cumulative = np.cumsum(sums)
+    half = float(cumulative[-1] / 2)
+    chosen = int(np.searchsorted(cumulative, half))
+    near = np.zeros(luminance.shape, bool)
+    for rows in blocks:
+        near[rows] = counted[rows] & (bins(rows) == chosen)
+    return half - float(cumulative[chosen] - sums[chosen]), near
 
 
 def tone_map(xyz: FloatArray, exposure: float) -> Picture:

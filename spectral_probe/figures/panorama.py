@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from math import gcd
+
 import cv2
 import numpy as np
 from matplotlib.axes import Axes
 
+from ..large import strips
 from ..model import BoolArray, SpectralPanorama
 from ..spectra.colorimetry import panorama_xyz
 from .display import Picture, exposure_for_key, tone_map, write_png
@@ -33,15 +36,23 @@ def panorama_preview(
     ndarray
         (H', W', 3) uint8; directions that are not valid are dimmed and hatched.
     """
-    xyz = panorama_xyz(panorama)
     height, width = panorama.valid.shape
-    if exposure is None:
-        elevation_rad = (0.5 - (np.arange(height) + 0.5) / height) * np.pi
-        exposure = exposure_for_key(xyz[..., 1], panorama.valid, np.cos(elevation_rad)[:, None])
-    valid = panorama.valid
+    size = (width, height)
     if width > max_width_px:
         size = (max_width_px, max(1, round(height * max_width_px / width)))
-        xyz = np.asarray(cv2.resize(xyz, size, interpolation=cv2.INTER_AREA))
+    luminance = np.empty((height, width), np.float32)
+    parts = []
+    for rows in strips(height, width, multiple=height // gcd(height, size[1])):
+        xyz = panorama_xyz(panorama, rows)
+        luminance[rows] = xyz[..., 1]
+        small = (size[0], len(xyz) * size[1] // height)
+        parts.append(cv2.resize(xyz, small, interpolation=cv2.INTER_AREA) if width > max_width_px else xyz)
+    xyz = np.concatenate(parts)
+    if exposure is None:
+        elevation_rad = (0.5 - (np.arange(height) + 0.5) / height) * np.pi
+        exposure = exposure_for_key(luminance, panorama.valid, np.cos(elevation_rad)[:, None])
+    valid = panorama.valid
+    if width > max_width_px:
         valid = np.asarray(cv2.resize(valid.astype(np.float32), size, interpolation=cv2.INTER_AREA)) > 0.5
     return hatch_invalid(tone_map(xyz, exposure), valid)
 

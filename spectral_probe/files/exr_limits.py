@@ -147,11 +147,22 @@ def check_readable(path: Path) -> None:
         If so.
     """
     parts = check_exr(path)
+    refuse_deep(path, parts)
+    check_memory(path, parts)
+
+
+def refuse_deep(path: Path, parts: Sequence[ExrPart]) -> None:
+    """Refuse a deep picture, which nothing here can read.
+
+    Raises
+    ------
+    FileFormatError
+        If a part is deep.
+    """
     if any(part.deep for part in parts):
         raise FileFormatError(
             f"{Path(path).name} is a deep picture, of samples in a list a pixel. Flatten it first."
         )
-    check_memory(path, parts)
 
 
 def check_memory(path: Path, parts: Sequence[ExrPart]) -> None:

@@ -203,7 +203,7 @@ class ExrRows:
                 found = self._file.channels(list(names), scanLine1=first, scanLine2=last)
         except (OSError, RuntimeError):
             raise FileFormatError(
-                f"{self._name} is cut short or broken: its pixels cannot be read. Write it again."
+                f"{self._name} is damaged or cut short: its pixels cannot be read. Write it again."
             ) from None
         shape = (rows.stop - rows.start, self.width)
         return {

@@ -13,7 +13,7 @@ import OpenEXR
 from ..errors import FileFormatError
 from ..model import FloatArray
 from .atomic import destined, written_whole
-from .exr_limits import check_exr, check_readable
+from .exr_limits import check_exr, check_readable, refuse_deep
 from .exr_rows import ExrRows, MakeRows, encode_rows
 from .silence import libraries_silenced
 
@@ -117,7 +117,7 @@ def open_rows(path: Path) -> ExrRows:
     """
     path = Path(path)
     _check_there(path)
-    check_exr(path)
+    refuse_deep(path, check_exr(path))
     return ExrRows(path)
 
 

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileFormatError
-from ..model import Edit, SpectralPanorama
+from ..large import large_array, let_go
+from ..model import Edit, FloatArray, SpectralPanorama
 from ..render_model import LightLayers
+from ..spectra.colorimetry import panorama_rec709
 from .exr_rows import ExrRows
 from .image_exr import open_rows, write_rgb, write_rows
 from .json_object import UNREADABLE
@@ -55,6 +57,7 @@ def write_probe(path: Path, panorama: SpectralPanorama) -> None:
         }
         if panorama.direction_error_rad is not None:
             channels[_ERROR] = np.asarray(panorama.direction_error_rad[rows], np.float32)
+        let_go(panorama.weights)  # and come back for those that are not encoded yet
         return channels
 
     height, width = panorama.valid.shape
@@ -118,7 +121,7 @@ def _texels(image: ExrRows, bases: int, count: int) -> dict[str, Any]:
         raise KeyError("a channel is missing")
     size = (image.height, image.width)
     found = {
-        "weights": np.empty((*size, count), np.float32),
+        "weights": large_array((*size, count)),
         "basis_index": np.empty(size, np.uint8),
         "valid": np.empty(size, bool),
         "confidence": np.empty(size, np.float32),
@@ -138,6 +141,7 @@ def _texels(image: ExrRows, bases: int, count: int) -> dict[str, Any]:
             raise ValueError("a texel is not a number")
         if _ERROR in names:
             found["direction_error_rad"][rows] = channels[_ERROR]
+        let_go(found["weights"])
     return found
 
 
@@ -158,6 +162,17 @@ def _edit(entry: Mapping[str, Any], wavelengths: int) -> Edit:
     if spectrum.shape != (wavelengths,) or not np.isfinite(spectrum).all():
         raise ValueError("the spectrum of an edit does not fit the wavelengths")
     return Edit(entry["kind"], str(entry["name"]), str(entry["region"]), spectrum, entry["keeps"])
+
+
+def write_world(path: Path, panorama: SpectralPanorama, header: Mapping[str, str] | None = None) -> None:
+    """Write a panorama's colours, scene-linear Rec.709, as R, G, B: the world of an ordinary render."""
+
+    def rows_of(rows: slice) -> dict[str, FloatArray]:
+        colours = panorama_rec709(panorama, rows)
+        return {name: colours[..., number] for number, name in enumerate("RGB")}
+
+    height, width = panorama.valid.shape
+    write_rows(path, (height, width), rows_of, header)
 
 
 def write_layers(path: Path, layers: LightLayers) -> None:

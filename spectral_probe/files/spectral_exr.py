@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import FileFormatError, SpectralDataError
+from ..large import let_go
 from ..model import BoolArray, FloatArray, SpectralPanorama
 from ..parallel import in_parallel, row_blocks
 from .image_exr import read_channels, write_rows
@@ -82,13 +83,16 @@ def write_spectral_panorama(path: Path, panorama: SpectralPanorama) -> None:
         return (np.einsum("hwk,hwk->hw", weights, basis[index]) for basis in bases)
 
     def brightest_of(rows: slice) -> float:
-        return max(float(np.abs(plane).max()) for plane in planes(rows))
+        brightest = max(float(np.abs(plane).max()) for plane in planes(rows))
+        let_go(panorama.weights)
+        return brightest
 
     height, width = panorama.valid.shape
     kind = _kind(max(in_parallel(brightest_of, row_blocks(width, height))))
 
     def channels(rows: slice) -> dict[str, Any]:
         made = {name: plane.astype(kind) for name, plane in zip(names, planes(rows), strict=True)}
+        let_go(panorama.weights)
         return made | {"valid": panorama.valid[rows].astype(kind)}
 
     comment = "Relative spectral radiance: the scale is that of the photographs' exposures."

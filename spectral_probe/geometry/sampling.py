@@ -36,11 +36,15 @@ class Sampling:
 
     def resized(self, height: int, width: int) -> Sampling:
         """The same at another resolution."""
-        footprint, error = (
-            np.asarray(cv2.resize(values, (width, height), interpolation=cv2.INTER_LINEAR))
-            for values in (self.footprint_sr, self.direction_error_rad)
-        )
-        return Sampling(footprint, error)
+        return Sampling(_resized(self.footprint_sr, height, width), self.resized_error(height, width))
+
+    def resized_error(self, height: int, width: int) -> FloatArray:
+        """`direction_error_rad` at another resolution."""
+        return _resized(self.direction_error_rad, height, width)
+
+
+def _resized(values: FloatArray, height: int, width: int) -> FloatArray:
+    return np.asarray(cv2.resize(values, (width, height), interpolation=cv2.INTER_LINEAR))
 
 
 def sampling(camera: Camera, ball: BallFit, rotation: FloatArray) -> Sampling:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from ..large import strips
 from ..model import BoolArray, FloatArray
 
 _FILL_WIDTH = 512
@@ -77,17 +78,21 @@ def blurred_where(values: FloatArray, weight: FloatArray, sigma_rad: float) -> F
     return np.asarray(total / np.maximum(share, 1e-4), np.float32)
 
 
-def resized(values: FloatArray, width: int) -> FloatArray:
-    """A panorama (H, W) or (H, W, C <= 4) at another width: area averages down, bilinear and round the edges up."""
+def resized(values: FloatArray, width: int, rows: slice | None = None) -> FloatArray:
+    """A panorama (H, W) or (H, W, C <= 4) at another width: area averages down, bilinear and round the edges up.
+
+    Some rows of it, where they are given: made by themselves where it becomes larger.
+    """
     height, old = values.shape[:2]
     size = (width, max(width * height // old, 1))
+    wanted = slice(0, size[1]) if rows is None else rows
     if width <= old:
-        return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA))
-    rows, columns = np.arange(size[1]) + 0.5, np.arange(width) + 0.5
+        return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA))[wanted]
+    lines, columns = np.arange(wanted.start, wanted.stop) + 0.5, np.arange(width) + 0.5
     at_x = (columns * (old / width) - 0.5 + 1).astype(
         np.float32
     )  # the padding's one column before, one row above
-    at_y = (rows * (height / size[1]) - 0.5 + 1).astype(np.float32)
+    at_y = (lines * (height / size[1]) - 0.5 + 1).astype(np.float32)
     around = padded(np.asarray(values, np.float32), 1, 1)
     map_x, map_y = (
         np.broadcast_to(at_x, (len(at_y), width)),
@@ -98,7 +103,7 @@ def resized(values: FloatArray, width: int) -> FloatArray:
     )
 
 
-def fill_unknown(values: FloatArray, known: BoolArray) -> FloatArray:
+def fill_unknown(values: FloatArray, known: BoolArray, *, in_place: bool = False) -> FloatArray:
     """Values of directions nobody saw, from their surroundings: pull-push over halved resolutions, round the sphere.
 
     Parameters
@@ -107,6 +112,8 @@ def fill_unknown(values: FloatArray, known: BoolArray) -> FloatArray:
         (H, W, K).
     known
         (H, W) where `values` are to be kept.
+    in_place
+        Fill `values` themselves, which are float32.
 
     Returns
     -------
@@ -125,9 +132,13 @@ def fill_unknown(values: FloatArray, known: BoolArray) -> FloatArray:
         [resized(np.ascontiguousarray(channel) * weight, coarse) for channel in np.moveaxis(values, -1, 0)]
     )
     filled = _pull_push(weighted, resized(weight, coarse), resized(area, coarse))
-    result = values.copy()
+    del weight, area
+    result = values if in_place else values.copy()
     for channel, fill in zip(np.moveaxis(result, -1, 0), np.moveaxis(filled, -1, 0), strict=True):
-        channel[~known] = resized(np.ascontiguousarray(fill), known.shape[1])[~known]
+        small = np.ascontiguousarray(fill)
+        for rows in strips(*known.shape):
+            unseen = ~known[rows]
+            channel[rows][unseen] = resized(small, known.shape[1], rows)[unseen]
     return result
 
 

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from ..large import strips
 from ..model import BoolArray, FloatArray
 from .frames import direction_to_equirectangular, panorama_directions
 from .panorama import ViewPanorama
@@ -104,6 +105,8 @@ def _smooth_step(value: FloatArray, first: float, last: float) -> FloatArray:
 class Blend:
     """A weighted mean of views that come one after the other, with shares exp(score) whatever the size of the scores.
 
+    `channels` are those of each array that the mean is wanted in; most need one.
+
     Examples
     --------
     >>> blend = Blend(1, 1, 2)
@@ -113,19 +116,22 @@ class Blend:
     [[[2.0, 6.0]]]
     """
 
-    def __init__(self, height: int, width: int, channels: int) -> None:
-        self._sum = np.zeros((height, width, channels), np.float32)
+    def __init__(self, height: int, width: int, *channels: int) -> None:
+        self._sums = [np.zeros((height, width, count), np.float32) for count in channels]
         self._total = np.zeros((height, width), np.float32)
         self._best = np.full((height, width), _NEVER, np.float32)
 
     def add(self, rows: slice, values: FloatArray, score: FloatArray) -> None:
-        """Add some rows of a view: values (h, W, C) and their score (h, W)."""
+        """Add some rows of a view: values (h, W, C) of all channels, and their score (h, W)."""
         best = np.maximum(self._best[rows], score)
         before = np.exp(self._best[rows] - best)
         share = np.where(score > _NEVER, np.exp(score - best), 0.0).astype(np.float32)
         self._total[rows] = self._total[rows] * before + share
-        self._sum[rows] *= before[..., None]
-        self._sum[rows] += share[..., None] * values
+        first = 0
+        for own in self._sums:
+            own[rows] *= before[..., None]
+            own[rows] += share[..., None] * values[..., first : first + own.shape[-1]]
+            first += own.shape[-1]
         self._best[rows] = best
 
     @property
@@ -135,8 +141,15 @@ class Blend:
 
     def mean(self) -> FloatArray:
         """The mean, (H, W, C) float32, 0 where nothing is known. It takes the memory of the sums: nothing can be added after."""
-        self._sum /= np.where(self._total > 0, self._total, 1.0)[..., None]
-        return self._sum
+        return self.means()[0]
+
+    def means(self) -> list[FloatArray]:
+        """The same for a blend of several arrays: (H, W, C) each."""
+        for rows in strips(*self._total.shape):
+            total = np.where(self._total[rows] > 0, self._total[rows], 1.0)[..., None]
+            for own in self._sums:
+                own[rows] /= total
+        return self._sums
 
 
 def doubts(

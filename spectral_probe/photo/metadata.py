@@ -93,6 +93,20 @@ def read_record(path: Path) -> PhotoRecord:
     )
 
 
+def size_px(path: Path) -> tuple[int, int] | None:
+    """Width and height of a photograph as stored, from its header; None where the header is not looked into (EXR, HDR).
+
+    Raises
+    ------
+    PhotographError
+        If it is missing, no photograph by its content, or broken there.
+    """
+    kind = file_kind(path)
+    if kind in _ENCODINGS and kind != "raw":
+        return None
+    return (_raw_header(path) if kind == "raw" else _header(path, kind))[0]
+
+
 def taken_s(tags: Mapping[int, Any]) -> float | None:
     """When the shutter opened, in seconds of the camera's clock, from EXIF's date and its fraction of a second.
 

@@ -7,11 +7,16 @@ samples light by them; a corner's spectrum may be signed.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import RenderError
-from ..model import FloatArray, SpectralPanorama
+from ..large import let_go, strips
+from ..model import BoolArray, FloatArray, SpectralPanorama
 from ..render_model import LightLayers
 from ..spectra.colorimetry import colour_matching_functions, delta_e_2000, white_xyz
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM, resample
@@ -66,9 +71,10 @@ def light_layers(panorama: SpectralPanorama, components: FloatArray | None = Non
     lost shows only in surfaces' colours.
     """
     bases = resample(panorama.wavelengths_nm, panorama.bases, name="the panorama's basis")
-    solid_angle = _solid_angles(panorama.weights.shape[0])
     root = visual_root()
-    moment = _second_moment(panorama, bases, solid_angle)
+    moment = np.zeros((bases.shape[2],) * 2)
+    for part in _parts(panorama):
+        moment += _second_moment(part, bases)
     total = float(np.trace(moment))
     if not total > 0:
         raise RenderError("The panorama holds no light at all. Build the probe again.")
@@ -77,26 +83,56 @@ def light_layers(panorama: SpectralPanorama, components: FloatArray | None = Non
     space = np.linalg.solve(
         root, strongest
     ).T  # (3, L) spectra, and (L, 3) what projects a spectrum onto them
-    coordinates = _coordinates(panorama, bases @ (root @ strongest))
-
+    projected = bases @ (root @ strongest)
     to_luminance = space @ matching[:, 1] * STEP_NM
-    luminance = coordinates @ to_luminance
-    level = _mean(np.maximum(luminance, 0.0), solid_angle)
+    level = sum(
+        float((np.maximum(_coordinates(part, projected) @ to_luminance, 0.0) * part.solid_angle).sum())
+        for part in _parts(panorama)
+    )
+    level /= panorama.valid.size
     if not level > 0:
         raise RenderError("The panorama's light is negative throughout. Build the probe again.")
-    corners = _cone(coordinates, luminance, to_luminance, solid_angle)
-    weights = np.maximum(coordinates @ np.linalg.inv(corners), 0.0)
-    if components is None:
-        lost = _lost_energy(panorama, bases, weights, corners @ space, solid_angle)
-    else:  # without what clipping takes, which is quicker
+    corners = _cone(panorama, projected, to_luminance)
+    to_weights = np.linalg.inv(corners)
+    weights = np.empty((*panorama.valid.shape, 3), np.float32)
+    lost = 0.0
+    for part in _parts(panorama):
+        own = np.maximum(_coordinates(part, projected) @ to_weights, 0.0)
+        weights[part.rows] = own / level
+        if components is None:
+            lost += _lost_energy(part, bases, own, corners @ space)
+    if components is not None:  # without what clipping takes, which is quicker
         outside = np.eye(len(moment)) - root @ strongest @ space
         lost = float(np.trace(outside.T @ moment @ outside))
     return LightLayers(
-        weights=(weights / level).astype(np.float32),
+        weights=weights,
         spectra=corners @ space * level,
         wavelengths_nm=WAVELENGTHS_NM.copy(),
-        residual=lost / total,
+        residual=max(lost, 0.0) / total,
     )
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some rows of a panorama: weights (h, W, K), numbers of the bases (h, W), relative solid angles (h, 1)."""
+
+    rows: slice
+    weights: FloatArray
+    basis_index: npt.NDArray[np.uint8]
+    solid_angle: FloatArray
+
+    def of_basis(self, index: int) -> tuple[BoolArray, FloatArray]:
+        """Mask (h, W) of the texels of a basis, and their weights (N, K) in double precision."""
+        mask = self.basis_index == index
+        return mask, self.weights[mask].astype(float)
+
+
+def _parts(panorama: SpectralPanorama) -> Iterator[_Part]:
+    """The panorama strip by strip: what is worked out in double precision must not be as large as all of it."""
+    solid_angle = _solid_angles(panorama.valid.shape[0])
+    for rows in strips(*panorama.valid.shape):
+        yield _Part(rows, panorama.weights[rows], panorama.basis_index[rows], solid_angle[rows])
+        let_go(panorama.weights)
 
 
 def strongest_components(moment: FloatArray) -> FloatArray:
@@ -163,63 +199,66 @@ def visual_root() -> FloatArray:
     return np.asarray((vectors * np.sqrt(values)) @ vectors.T)
 
 
-def _mean(values: FloatArray, solid_angle: FloatArray) -> float:
-    return float((values * solid_angle).mean())
-
-
-def _of_basis(panorama: SpectralPanorama, index: int) -> tuple[FloatArray, FloatArray]:
-    """Mask (H, W) of the texels of a basis, and their weights (N, K) in double precision."""
-    mask = panorama.basis_index == index
-    return mask, panorama.weights[mask].astype(float)
-
-
-def _second_moment(panorama: SpectralPanorama, bases: FloatArray, solid_angle: FloatArray) -> FloatArray:
+def _second_moment(part: _Part, bases: FloatArray) -> FloatArray:
     """Sum over texels of solid angle times the outer product of the spectrum with itself, (L, L)."""
     moment = np.zeros((bases.shape[2],) * 2)
     for index, basis in enumerate(bases):
-        mask, weights = _of_basis(panorama, index)
-        share = np.broadcast_to(solid_angle, mask.shape)[mask]
+        mask, weights = part.of_basis(index)
+        share = np.broadcast_to(part.solid_angle, mask.shape)[mask]
         moment += basis.T @ ((weights * share[:, None]).T @ weights) @ basis
     return moment
 
 
-def _coordinates(panorama: SpectralPanorama, projected_bases: FloatArray) -> FloatArray:
-    """Coordinates (H, W, 3) of the texels' spectra, from the bases' own coordinates (B, K, 3)."""
-    coordinates = np.zeros((*panorama.basis_index.shape, 3))
+def _coordinates(part: _Part, projected_bases: FloatArray) -> FloatArray:
+    """Coordinates (h, W, 3) of the texels' spectra, from the bases' own coordinates (B, K, 3)."""
+    coordinates = np.zeros((*part.basis_index.shape, 3))
     for index, basis in enumerate(projected_bases):
-        mask, weights = _of_basis(panorama, index)
+        mask, weights = part.of_basis(index)
         coordinates[mask] = weights @ basis
     return coordinates
 
 
-def _cone(
-    coordinates: FloatArray, luminance: FloatArray, to_luminance: FloatArray, solid_angle: FloatArray
-) -> FloatArray:
+def _cone(panorama: SpectralPanorama, projected: FloatArray, to_luminance: FloatArray) -> FloatArray:
     """Corners (3, 3) of the tightest triangular cone round the coordinates that matter, each of luminance 1.
 
     A spectrum of luminance 1 lies in a plane; the cone's section with it is the smallest triangle round the convex hull.
     """
-    energy = np.maximum(luminance, 0.0) * solid_angle
-    order = np.sort(energy, axis=None)
-    dark = order[np.searchsorted(np.cumsum(order), _NEGLIGIBLE * order.sum())]
-    kept = (energy >= dark) & (energy > 0)
-    section = coordinates[kept] / luminance[kept][:, None]
-
+    energies = np.empty(panorama.valid.size)
+    width = panorama.valid.shape[1]
+    for part in _parts(panorama):
+        luminance = _coordinates(part, projected) @ to_luminance
+        energy = np.maximum(luminance, 0.0) * part.solid_angle
+        energies[part.rows.start * width : part.rows.stop * width] = energy.ravel()
+    energies.sort()
+    summed = np.cumsum(energies)
+    dark = energies[np.searchsorted(summed, _NEGLIGIBLE * energies.sum())]
+    del energies, summed
     normal = to_luminance / np.linalg.norm(to_luminance)
     plane = np.linalg.svd(normal[None])[2][1:]  # (2, 3) orthonormal directions of constant luminance
-    points = section @ plane.T
+
+    def points() -> Iterator[FloatArray]:
+        for part in _parts(panorama):
+            coordinates = _coordinates(part, projected)
+            luminance = coordinates @ to_luminance
+            energy = np.maximum(luminance, 0.0) * part.solid_angle
+            kept = (energy >= dark) & (energy > 0)
+            if kept.any():
+                yield (coordinates[kept] / luminance[kept][:, None]) @ plane.T
+
     triangle = _enclosing_triangle(points)
     return triangle @ plane + to_luminance / (to_luminance @ to_luminance)
 
 
-def _enclosing_triangle(points: FloatArray) -> FloatArray:
-    """Corners (3, 2) of a small triangle that encloses points (N, 2) with a little room."""
-    centre = (points.min(0) + points.max(0)) / 2
-    extent = max(float(np.ptp(points, axis=0).max()), 1e-12)
+def _enclosing_triangle(points: Callable[[], Iterable[FloatArray]]) -> FloatArray:
+    """Corners (3, 2) of a small triangle that encloses points with a little room; they come in parts (N, 2), twice."""
+    ends = [(part.min(0), part.max(0)) for part in points()]
+    low, high = np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+    centre = (low + high) / 2
+    extent = max(float((high - low).max()), 1e-12)
     scale = max(extent, _SMALLEST_EXTENT * max(float(np.abs(centre).max()), 1e-3))
-    unit = (points - centre) / scale
     square = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * 0.003
-    hull = cv2.convexHull(unit.astype(np.float32)).reshape(-1, 2)
+    hulls = [cv2.convexHull(((part - centre) / scale).astype(np.float32)) for part in points()]
+    hull = np.asarray(hulls[0] if len(hulls) == 1 else cv2.convexHull(np.concatenate(hulls))).reshape(-1, 2)
     # A small square about every corner of the hull keeps thin hulls (two kinds of light) from a flat triangle.
     thick = (hull[:, None] + square).reshape(-1, 2).astype(np.float32)
     try:
@@ -246,22 +285,16 @@ def _encloses(triangle: FloatArray, points: FloatArray) -> bool:
     return bool(barycentric.min() >= 0)
 
 
-def _lost_energy(
-    panorama: SpectralPanorama,
-    bases: FloatArray,
-    weights: FloatArray,
-    spectra: FloatArray,
-    solid_angle: FloatArray,
-) -> float:
+def _lost_energy(part: _Part, bases: FloatArray, weights: FloatArray, spectra: FloatArray) -> float:
     """Solid angle times squared difference between the panorama's spectra and the layers' sum, over all texels.
 
     By Gram matrices: no texel's 61 samples are ever formed.
     """
     lost = 0.0
     for index, basis in enumerate(bases):
-        mask, own = _of_basis(panorama, index)
+        mask, own = part.of_basis(index)
         joint = np.concatenate([own, -weights[mask]], axis=1)
         stacked = np.concatenate([basis, spectra])
-        share = np.broadcast_to(solid_angle, mask.shape)[mask]
+        share = np.broadcast_to(part.solid_angle, mask.shape)[mask]
         lost += float((share * ((joint @ (stacked @ stacked.T)) * joint).sum(1)).sum())
-    return max(lost, 0.0)
+    return lost

@@ -21,7 +21,7 @@ import numpy as np
 import OpenEXR
 
 from ..errors import RenderError
-from ..files.image_exr import write_channels
+from ..files.image_exr import write_channels, write_rows
 from ..files.spectral_channels import channel_name
 from ..files.spectral_exr import EMISSIVE_HEADER
 from ..model import FloatArray
@@ -190,8 +190,12 @@ def _write_spectrum(
     header: Mapping[str, Any],
 ) -> None:
     """16-bit channels where they hold the range, else 32-bit; R, G, B are the preview."""
-    brightest = max(float(np.abs(plane).max()) for plane in bands.values())
+    brightest = max(float(max(plane.max(), -plane.min())) for plane in bands.values())
     kind = np.float16 if 1.0 < brightest < _HALF_LIMIT else np.float32
-    planes = {channel_name(nm): plane.astype(kind) for nm, plane in bands.items()}
-    small = {name: plane.astype(np.float32) for name, plane in preview.items()}
-    write_channels(path, planes | small, {**header, **EMISSIVE_HEADER})
+
+    def rows_of(rows: slice) -> dict[str, Any]:
+        planes: dict[str, Any] = {channel_name(nm): plane[rows].astype(kind) for nm, plane in bands.items()}
+        return planes | {name: plane[rows].astype(np.float32) for name, plane in preview.items()}
+
+    height, width = next(iter(preview.values())).shape
+    write_rows(path, (height, width), rows_of, {**header, **EMISSIVE_HEADER})

@@ -29,7 +29,7 @@ import numpy as np
 
 from ..errors import RenderError, SpectralDataError
 from ..files.atomic import written_whole
-from ..files.image_exr import read_channels
+from ..files.image_exr import open_rows
 from ..files.json_object import UNREADABLE, number, read_object, sentences, table, text, texts, whole
 from ..model import FloatArray
 from ..render_model import PassImage, PassPlan, RenderStep
@@ -47,6 +47,8 @@ _GUIDE_CHANNELS = (
     *(f"{GUIDE_NORMAL}.{c}" for c in "XYZ"),
     f"{GUIDE_INDEX}.V",
 )
+
+MOST_VIEW_LAYERS = 1024
 
 _FORMAT = "spectral-probe-passes-3"
 _STEP_FORMAT = "spectral-probe-pass-1"
@@ -174,9 +176,11 @@ def read_pass(path: Path, view_layer: int = 0) -> PassImage:
     RenderError
         If it holds no such view layer.
     """
-    channels, _ = read_channels(path)
     start = f"{view_layer}."
-    own = {name.removeprefix(start): pixels for name, pixels in channels.items() if name.startswith(start)}
+    with open_rows(path) as image:  # of other view layers, and of the objects' shares, nothing is kept
+        names_of = {name.removeprefix(start): name for name in image.names if name.startswith(start)}
+        read = image.read(list(names_of.values()), slice(0, image.height))
+    own = {short: read[name] for short, name in names_of.items()}
     names = dict.fromkeys(name.removesuffix(".R") for name in own if name.endswith(".R"))
     groups = {name: _stacked(own, name, "RGB") for name in names if name != GUIDE_ALBEDO}
     if not groups:
@@ -343,12 +347,19 @@ def open_pass_folder(directory: Path) -> PassFolder | None:
         return PassFolder(
             directory=directory,
             fingerprint={name: text(digest) for name, digest in table(content["fingerprint"]).items()},
-            view_layers=texts(content["view_layers"]),
+            view_layers=_layer_names(content["view_layers"]),
             plan=text(content["plan"]),
             record=record_from(content["record"], directory.parent),
         )
     except (*UNREADABLE, SpectralDataError):
         return None
+
+
+def _layer_names(kept: Any) -> tuple[str, ...]:
+    names = texts(kept)
+    if not 0 < len(names) <= MOST_VIEW_LAYERS:
+        raise ValueError("no view layers, or too many")
+    return names
 
 
 def _finished_step(content: Mapping[str, Any]) -> FinishedStep:

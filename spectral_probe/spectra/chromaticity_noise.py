@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from ..geometry.sphere import padded, resized
+from ..large import strips, with_margin
 from ..model import FloatArray
 
 _RADIUS_RAD = 0.06
@@ -29,11 +30,16 @@ _DEVIATIONS = 2.5
 _LARGEST_WIDTH = 1024
 """Width of the panorama on which the neighbourhoods are averaged; a finer one takes over what is alike."""
 
+_MARGIN = 8
+"""Rows beyond others that their shares and their guide depend on: two, and the four of the blur."""
+
 _DARK = np.float32(0.02)
 """Least response that counts, relative to the sum of the channels round it."""
 
 
-def without_chromaticity_noise(responses: FloatArray, variance: FloatArray) -> FloatArray:
+def without_chromaticity_noise(
+    responses: FloatArray, variance: FloatArray, *, in_place: bool = False
+) -> FloatArray:
     """Responses whose ratios between the channels are filtered; their sum stays as it is.
 
     Parameters
@@ -42,6 +48,8 @@ def without_chromaticity_noise(responses: FloatArray, variance: FloatArray) -> F
         (H, W, 3) of a panorama.
     variance
         (H, W, 3) of the responses.
+    in_place
+        Change `responses` themselves, which are float32.
 
     Returns
     -------
@@ -55,13 +63,40 @@ def without_chromaticity_noise(responses: FloatArray, variance: FloatArray) -> F
     True
     """
     responses = np.asarray(responses, np.float32)
-    width = min(responses.shape[1], _LARGEST_WIDTH)
+    height, full = responses.shape[:2]
+    width = min(full, _LARGEST_WIDTH)
     mean, guide = _averaged(resized(responses, width))
-    shares, total = _shares(responses)
+    result = responses if in_place else np.empty_like(responses)
+    above = responses[:0]  # rows before those at hand, as they were
+    for rows in strips(height, full) if width < full else [slice(0, height)]:
+        around, inside = with_margin(rows, _MARGIN, height)
+        seen = np.concatenate([above[len(above) - inside.start :], responses[rows.start : around.stop]])
+        above = responses[max(rows.stop - _MARGIN, 0) : rows.stop].copy()
+        own = mean[rows], guide[rows]
+        if width < full:
+            own = resized(mean, full, rows), resized(guide, full, rows)
+        result[rows] = _filtered(seen, inside, variance[rows], *own, taken_over=width < full)
+    return result
+
+
+def _filtered(
+    around: FloatArray,
+    inside: slice,
+    variance: FloatArray,
+    mean: FloatArray,
+    guide: FloatArray,
+    *,
+    taken_over: bool,
+) -> FloatArray:
+    """Responses (h, W, 3) of some rows, which lie `inside` more, with the mean shares and the guide of those rows.
+
+    Where both are `taken_over` from a smaller panorama, they count as far as the texel looks like them.
+    """
+    shares, total = (values[inside] for values in _shares(around))
+    responses = around[inside]
     noise = np.sqrt(variance + shares**2 * variance.sum(-1, keepdims=True)) / total
-    if width < responses.shape[1]:
-        mean, guide = (resized(values, responses.shape[1]) for values in (mean, guide))
-        apart = ((_guide(responses) - guide) ** 2).sum(-1, keepdims=True)
+    if taken_over:
+        apart = ((_guide(around)[inside] - guide) ** 2).sum(-1, keepdims=True)
         mean = shares + np.exp(-apart / (2 * _ALIKE**2)) * (mean - shares)
     most = _DEVIATIONS * noise
     change = np.clip(mean - shares, -most, most)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import SpectralDataError
+from ..large import let_go, strips
 from ..model import FloatArray, SpectralPanorama
 from .colour_science import colour
 from .grid import STEP_NM, WAVELENGTHS_NM, resample
@@ -74,13 +75,20 @@ def spectra_to_xyz(spectra: FloatArray) -> FloatArray:
     return spectra @ (colour_matching_functions() * STEP_NM).astype(spectra.dtype)
 
 
-def panorama_xyz(panorama: SpectralPanorama) -> FloatArray:
-    """Tristimulus values of every direction of a panorama, (H, W, 3) float32: the weights times the bases' own XYZ."""
+def panorama_xyz(panorama: SpectralPanorama, rows: slice | None = None) -> FloatArray:
+    """Tristimulus values of every direction of a panorama, (H, W, 3) float32: the weights times the bases' own XYZ.
+
+    Of some rows (h, W, 3) where they are given.
+    """
     bases_xyz = spectra_to_xyz(resample(panorama.wavelengths_nm, panorama.bases, name="the panorama"))
-    xyz = np.zeros((*panorama.valid.shape, 3), np.float32)
-    for index, basis_xyz in enumerate(bases_xyz.astype(np.float32)):
-        uses = panorama.basis_index == index
-        xyz[uses] = panorama.weights[uses] @ basis_xyz
+    wanted = slice(0, len(panorama.valid)) if rows is None else rows
+    xyz = np.zeros((wanted.stop - wanted.start, panorama.valid.shape[1], 3), np.float32)
+    for part in strips(*xyz.shape[:2]):
+        own = slice(wanted.start + part.start, wanted.start + part.stop)
+        for index, basis_xyz in enumerate(bases_xyz.astype(np.float32)):
+            uses = panorama.basis_index[own] == index
+            xyz[part][uses] = panorama.weights[own][uses] @ basis_xyz
+        let_go(panorama.weights)
     return xyz
 
 
@@ -101,9 +109,9 @@ def xyz_to_rec709(xyz: FloatArray) -> FloatArray:
     return xyz @ _rec709_matrix().T.astype(np.asarray(xyz).dtype)
 
 
-def panorama_rec709(panorama: SpectralPanorama) -> FloatArray:
-    """A panorama in scene-linear Rec.709, (H, W, 3) float32; colours out of gamut are cut at zero."""
-    return np.maximum(xyz_to_rec709(panorama_xyz(panorama)), 0.0)
+def panorama_rec709(panorama: SpectralPanorama, rows: slice | None = None) -> FloatArray:
+    """A panorama, or some rows of it, in scene-linear Rec.709, (H, W, 3) float32; colours out of gamut are cut at zero."""
+    return np.maximum(xyz_to_rec709(panorama_xyz(panorama, rows)), 0.0)
 
 
 def rec709_to_xyz(rgb: FloatArray) -> FloatArray:

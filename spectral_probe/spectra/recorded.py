@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..errors import FileFormatError
 from ..files.json_object import UNREADABLE
 from ..geometry.frames import panorama_solid_angles
+from ..large import let_go, strips
 from ..model import BoolArray, FloatArray, SpectralPanorama, Texels
 from .confidence import error_of_confidence
 from .edits import is_edited, recovered_basis, recovered_index, stacks_of
@@ -97,42 +98,79 @@ def light_posterior(panorama: SpectralPanorama, chosen: BoolArray | Texels) -> P
         If the probe's header is damaged.
     """
     entry = panorama.further.get(ENTRY)
-    texels = texels_of(chosen)
-    used = panorama.basis_index[texels]
     replaced = [
-        is_edited(panorama, number)[used]
+        is_edited(panorama, number)
         for number, edit in enumerate(panorama.edits)
         if edit.kind == "lamp" and edit.keeps != "surfaces"
     ]
-    if entry is None or any(mask.any() for mask in replaced):
+    parts = _texels_by_strips(panorama, chosen)
+    used = np.unique(np.concatenate([np.unique(panorama.basis_index[texels]) for texels in parts()]))
+    if entry is None or any(mask[used].any() for mask in replaced):
         return None
     try:
-        return _light_posterior(panorama, texels, entry)
+        return _light_posterior(panorama, parts, entry)
     except (*UNREADABLE, np.linalg.LinAlgError):
         raise FileFormatError(
             "The probe's header is damaged. Build the probe again from its capture."
         ) from None
 
 
+def _texels_by_strips(
+    panorama: SpectralPanorama, chosen: BoolArray | Texels
+) -> Callable[[], Iterator[Texels]]:
+    """The texels, those of a mask strip by strip: of millions, what is worked out for each takes much memory."""
+
+    def parts() -> Iterator[Texels]:
+        if isinstance(chosen, tuple):
+            yield chosen
+            return
+        for rows in strips(*chosen.shape):
+            own, columns = texels_of(chosen[rows])
+            yield own + rows.start, columns
+            let_go(panorama.weights)
+
+    return parts
+
+
 def _light_posterior(
-    panorama: SpectralPanorama, chosen: Texels, entry: Mapping[str, Any]
+    panorama: SpectralPanorama, parts: Callable[[], Iterator[Texels]], entry: Mapping[str, Any]
 ) -> Posterior | None:
-    index = recovered_basis(panorama, panorama.basis_index[chosen])
-    weights = panorama.weights[chosen]
-    solid_angles = panorama_solid_angles(*panorama.valid.shape)[chosen[0], 0]
-    ways = [(index >= light["bases"][0]) & (index < sum(light["bases"])) for light in entry["lights"]]
-    most = int(np.argmax([solid_angles[way].sum() for way in ways]))
-    way, light = ways[most], entry["lights"][most]
+    def solid_angles_and_ways(chosen: Texels) -> tuple[FloatArray, list[BoolArray]]:
+        index = recovered_basis(panorama, panorama.basis_index[chosen])
+        ways = [(index >= light["bases"][0]) & (index < sum(light["bases"])) for light in entry["lights"]]
+        return panorama_solid_angles(*panorama.valid.shape)[chosen[0], 0], ways
+
+    totals = np.zeros(len(entry["lights"]))
+    for chosen in parts():
+        solid_angles, ways = solid_angles_and_ways(chosen)
+        totals += [solid_angles[way].sum() for way in ways]
+    most = int(np.argmax(totals))
+    light = entry["lights"][most]
     recovery = _recovery(panorama, light)
-    shares = solid_angles[way] / solid_angles[way].sum()
     bases = resample(panorama.wavelengths_nm, panorama.bases, WAVELENGTHS_NM, name="the panorama's basis")
     to_responses = bases @ (recovery.sensitivities * STEP_NM)
-    responses = np.einsum("nk,nkc->nc", weights[way], to_responses[index[way]])
-    luminance = responses[:, :3] @ recovery.to_luminance
-    direct = float(shares @ direct_probability(luminance, float(_numbers(entry["surface_luminance"]))))
-    known = posterior(recovery, shares @ responses, direct=direct)
-    stated = error_of_confidence(float(shares @ panorama.confidence[chosen][way]))
-    return known.at_least(stated)  # the texels' own error counts their noise too
+    surface = float(_numbers(entry["surface_luminance"]))
+    mean, direct, confidence = np.zeros(to_responses.shape[-1]), 0.0, 0.0
+    for chosen in parts():
+        solid_angles, ways = solid_angles_and_ways(chosen)
+        rows, columns = (places[ways[most]] for places in chosen)
+        shares = solid_angles[ways[most]] / totals[most]
+        responses = np.empty((len(rows), to_responses.shape[-1]))
+        for start in range(0, len(rows), _AT_A_TIME):
+            few = rows[start : start + _AT_A_TIME], columns[start : start + _AT_A_TIME]
+            index = recovered_basis(panorama, panorama.basis_index[few])
+            np.einsum(
+                "nk,nkc->nc",
+                panorama.weights[few],
+                to_responses[index],
+                out=responses[start : start + _AT_A_TIME],
+            )
+        luminance = responses[:, :3] @ recovery.to_luminance
+        direct += float(shares @ direct_probability(luminance, surface))
+        confidence += float(shares @ panorama.confidence[rows, columns])
+        mean += shares @ responses
+    known = posterior(recovery, mean, direct=direct)
+    return known.at_least(error_of_confidence(confidence))  # the texels' own error counts their noise too
 
 
 @dataclass(frozen=True)

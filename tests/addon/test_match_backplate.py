@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import bpy
@@ -97,11 +97,18 @@ def test_a_quick_look_at_part_of_the_resolution_lies_on_the_plate(
     bpy.ops.spectral_probe.match_backplate()
     bpy.context.view_layer.update()
     scene.render.resolution_percentage = 25
-    in_extension("operators.bridge.backplate").write_backplate(scene, (16, 12), probe)
+    bridge = in_extension("operators.bridge.backplate")
+    table = in_extension("spectral_probe.composite.backplate_file").backplate_table
+    whole, cut = (table(one, probe) for one in bridge.backplates_of(scene))
+    kept = SimpleNamespace(backplates=(whole, cut), frame_px=(16, 12))
+    bridge.write_backplate(kept, (16, 12), probe, probe)
     found = in_extension("spectral_probe.composite.backplate_file").load_backplate(probe / "backplate.json")
     assert found.photo == probe / "plate.exr"
     assert found.frame_px == (0.0, 0.0, 16, 12)
     assert found.camera.focal_px == pytest.approx((20.0, 20.0))
+    bridge.write_backplate(kept, (8, 6), probe, probe)  # cut to a border
+    border = in_extension("spectral_probe.composite.backplate_file").load_backplate(probe / "backplate.json")
+    assert (border.camera.size_px, border.photo) == ((8, 6), Path())
     scene.render.resolution_x = 128  # another picture: the plate's camera no longer
     assert in_extension("operators.bridge.backplate").scene_backplate(scene) is None
 

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 
 import numpy as np
 import pytest
@@ -38,7 +39,7 @@ def test_a_folder_that_is_being_written_is_refused_by_every_verb(words, tmp_path
     assert err.count("\n") == 1
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def probe():
     basis = principal_components(training_lights(["incandescent", "daylight"]), 3)
     spectra = np.broadcast_to(training_lights(["daylight"])[6], (32, 64, 61))
@@ -50,11 +51,19 @@ def probe():
     return Probe(panorama, {"seconds": {}})
 
 
-@pytest.mark.parametrize(("number", "calls_before"), [(errno.ENOSPC, 0), (errno.EDQUOT, 5), (errno.EIO, 8)])
+@pytest.fixture(scope="module")
+def earlier(probe, tmp_path_factory):
+    """The folder of a probe."""
+    folder = tmp_path_factory.mktemp("earlier")
+    finish(write_outputs(probe, folder))
+    return folder
+
+
+@pytest.mark.parametrize(("number", "calls_before"), [(errno.EDQUOT, 5), (errno.ENOSPC, 8)])
 def test_a_probe_that_the_disk_does_not_take_leaves_the_earlier_one(
-    probe, tmp_path, monkeypatch, number, calls_before
+    probe, earlier, tmp_path, monkeypatch, number, calls_before
 ):
-    finish(write_outputs(probe, tmp_path))
+    shutil.copytree(earlier, tmp_path, dirs_exist_ok=True)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     sync, left = os.fsync, [calls_before]
 

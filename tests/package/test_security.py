@@ -39,10 +39,7 @@ FOREIGN_CODE = {"ctypes", "cffi", "code", "codeop", "runpy"}
 
 MAY_IMPORT = {
     ("operators/terminal.py", "ctypes"): "to flush what Blender's C library has buffered for the terminal",
-    (
-        "spectral_probe/batch_processes.py",
-        "subprocess",
-    ): "a batch starts this interpreter again, words of its own, no shell",
+    ("spectral_probe/batch_processes.py", "subprocess"): "this interpreter again, for each capture of a batch",
 }
 """Files that may import what others may not, and why."""
 

@@ -177,8 +177,10 @@ class TestInterrupted:
         assert farm.task("pass_01").rendered == ("pass_01",)
 
     @pytest.mark.parametrize(
-        "damage", ["flipped", "cut", "manifest gone", "manifest mistyped", "of another plan"]
-    )
+        "damage",
+        ["flipped", "manifest mistyped",
+         *(pytest.param(name, marks=pytest.mark.long) for name in ("cut", "manifest gone", "of another plan"))],
+    )  # fmt: skip
     def test_a_damaged_step_is_named_and_done_again(self, farm, extension, damage):
         words = {"rgb_twin": False, "words": ("--probe", "my probe.exr")}
         done = farm.task((1, 1), **words)

@@ -92,7 +92,16 @@ def test_a_file_cut_short_is_one_sentence(share, tmp_path):
     write_channels(tmp_path / "a.exr", planes(100, 333))
     content = (tmp_path / "a.exr").read_bytes()
     (tmp_path / "a.exr").write_bytes(content[: int(share * len(content))])
-    with pytest.raises(FileFormatError, match="cut short"), open_rows(tmp_path / "a.exr") as image:
+    with pytest.raises(FileFormatError, match="cut short"):
+        open_rows(tmp_path / "a.exr")
+
+
+def test_damaged_rows_are_one_sentence(tmp_path):
+    write_channels(tmp_path / "a.exr", planes(100, 333))
+    content = bytearray((tmp_path / "a.exr").read_bytes())
+    content[len(content) // 2 : len(content) // 2 + 20_000] = bytes(20_000)
+    (tmp_path / "a.exr").write_bytes(content)
+    with pytest.raises(FileFormatError, match="cannot be read"), open_rows(tmp_path / "a.exr") as image:
         image.read(image.names, slice(0, 100))
 
 

@@ -2,12 +2,16 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from spectral_probe.composite.backplate_file import backplate_table
+from spectral_probe.composite_model import Backplate
 from spectral_probe.errors import FileFormatError, RenderError
 from spectral_probe.files.image_exr import write_channels
+from spectral_probe.model import Camera
 from spectral_probe.render.frame_record import record_table
 from spectral_probe.render.outputs import output_settings
 from spectral_probe.render.pass_folder import (
@@ -98,6 +102,35 @@ def test_what_was_noted_is_found_again(folder):
     assert again.changes({"scene": "a", "light": "c", "samples": "9"}) == ("light", "samples")
 
 
+def test_every_field_of_the_record_is_found_again(folder, frame_record):
+    table = backplate_table(
+        Backplate(
+            Camera((50.0, 51.0), (2.0, 1.5), (4, 3), source="Blender"), np.eye(3), np.zeros(3), Path(), (4, 3),
+            frame_px=(0.0, 0.0, 4, 3),
+        ),
+        folder.directory.parent,
+    )  # fmt: skip
+    record = frame_record(
+        scene="Süd 1", frame=-3, blend=None, denoise=True, catchers=("Ground\n1",), without=True, rgb_twin=False,
+        twin_level=None, mean_light=None, backplates=(table, None), words=("--white", "A B"), warnings=("left out",),
+        outputs=output_settings(spectral=True, white="5000 K", denoise=False), files="f", light="0" * 32,
+        to_rec709=np.linspace(0.1, 1.0, 9).reshape(3, 3) ** 2,
+    )  # fmt: skip
+    replace(folder, record=record).write_index()
+    again = open_pass_folder(folder.directory).record
+    assert record_table(again) == record_table(record)
+    np.testing.assert_array_equal(again.to_rec709, record.to_rec709)
+    assert again.outputs == record.outputs
+
+
+@pytest.mark.parametrize("light", ["../../secret", "/etc/passwd", "0" * 31, "A" * 32])
+def test_light_layers_lie_nowhere_else(folder, light):
+    path = folder.directory / INDEX_NAME
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps({**content, "record": {**content["record"], "light": light}}))
+    assert open_pass_folder(folder.directory) is None
+
+
 def _flip(path):
     content = bytearray(path.read_bytes())
     content[-9] ^= 1
@@ -159,10 +192,9 @@ WRONG = [None, True, -1, 10**400, 1e400, "text", [], {}, [None], {"a": []}, [[1.
 
 
 def _paths(content, path=()):
-    """All entries of nested JSON, by the way to them."""
-    for key in (
-        content if isinstance(content, dict) else range(len(content)) if isinstance(content, list) else ()
-    ):
+    """Entries of nested JSON by the way to them; of lists the last one."""
+    keys = {dict: list, list: lambda values: range(len(values))[-1:]}.get(type(content), lambda _: ())
+    for key in keys(content):
         yield (*path, key)
         yield from _paths(content[key], (*path, key))
 
