@@ -101,6 +101,10 @@ def shares(channels: Mapping[str, Any], levels: Sequence[str], numbers: FloatArr
     for level in levels if len(numbers) else ():
         letters = {name.rpartition(".")[2].lower(): channels[name] for name in channels if _of(name, level)}
         for number_letter, share_letter in _PAIRS:
+            if number_letter not in letters or share_letter not in letters:
+                raise FileFormatError(
+                    "The render does not say which pixels show which object: its cryptomatte is damaged. Render it again."
+                )
             held = np.ascontiguousarray(letters[number_letter], np.float32).view(np.uint32)
             share = np.asarray(letters[share_letter], np.float32)
             place = np.minimum(np.searchsorted(ordered, held), len(ordered) - 1)

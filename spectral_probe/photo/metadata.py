@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -157,7 +158,16 @@ def _exif_of_picture(path: Path, kind: Kind) -> Mapping[int, Any]:
                     return {}
                 exif = image.getexif()
                 return {**exif, **exif.get_ifd(EXIF_IFD)}
-        except (OSError, SyntaxError, ValueError, KeyError, TypeError, IndexError, OverflowError):
+        except (
+            OSError,
+            SyntaxError,
+            ValueError,
+            KeyError,
+            TypeError,
+            IndexError,
+            OverflowError,
+            struct.error,
+        ):
             return {}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -152,6 +153,15 @@ def exif_of_tiff(path: Path) -> Mapping[int, Any]:
         try:
             exif.load_from_fp(file)
             return {**exif, **exif.get_ifd(EXIF_IFD)}
-        except (OSError, SyntaxError, ValueError, KeyError, TypeError, IndexError, OverflowError):
+        except (
+            OSError,
+            SyntaxError,
+            ValueError,
+            KeyError,
+            TypeError,
+            IndexError,
+            OverflowError,
+            struct.error,
+        ):
             # Pillow gives up on directories it does not know. Exposure and lens are then as good as absent.
             return {}

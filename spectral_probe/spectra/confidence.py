@@ -39,4 +39,4 @@ def error_of_confidence(confidence: float) -> float:
     >>> error_of_confidence(0.5)
     0.5
     """
-    return float(_HALF_CONFIDENCE * np.sqrt(1.0 / max(confidence, 1e-6) - 1.0))
+    return float(_HALF_CONFIDENCE * np.sqrt(1.0 / min(max(confidence, 1e-6), 1.0) - 1.0))

@@ -153,3 +153,58 @@ def test_a_place_that_cannot_be_written_to_is_named(tmp_path):
         written_whole(tmp_path / "file" / "a.txt") as temporary,
     ):
         temporary.write_text("a")
+
+
+def test_a_tiff_of_a_few_bytes_has_no_tags(tmp_path):
+    """Found by fuzzing: Pillow's own struct.error."""
+    from spectral_probe.photo.tiff import exif_of_tiff
+
+    path = tmp_path / "a.tif"
+    path.write_bytes(b"MM\0*")
+    assert exif_of_tiff(path) == {}
+
+
+def test_a_cryptomatte_without_all_its_channels_is_damaged():
+    """Found by fuzzing."""
+    from spectral_probe.errors import FileFormatError
+    from spectral_probe.files.cryptomatte import object_shares
+
+    with pytest.raises(FileFormatError, match="cryptomatte is damaged"):
+        object_shares({"CryptoObject00.b": np.zeros((2, 2), np.float32)}, ["Cube"])
+
+
+@pytest.mark.parametrize("name", ["a.toml", "a.json", "plan.json", "a.csv", "a.dng"])
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path, name):
+    import os
+
+    from spectral_probe.photo.file_kind import file_kind
+    from spectral_probe.render.plan_file import load_plan
+
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("this system has no named pipes")
+    readers = {
+        "a.toml": load_capture, "a.json": read_region, "plan.json": load_plan, "a.dng": file_kind,
+        "a.csv": lambda path: read_curves(path, LIGHT),
+    }  # fmt: skip
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(SpectralProbeError):
+        readers[name](tmp_path / name)
+
+
+@pytest.mark.parametrize("size", [[0, 200], [200, 0], [-1, 5]])
+def test_a_calibration_of_no_size_is_none(tmp_path, size):
+    from spectral_probe.geometry.camera import camera_for
+    from spectral_probe.model import Photograph
+
+    path = tmp_path / "camera.json"
+    path.write_text(json.dumps({"focal_px": [9, 9], "principal_px": [1, 1], "image_size_px": size}))
+    photograph = Photograph(tmp_path / "a.dng", np.zeros((4, 6, 3), np.float32), np.zeros((4, 6), bool))
+    with pytest.raises(CaptureError, match="not a camera calibration"):
+        camera_for(CameraSettings(calibration=path), photograph)
+
+
+def test_a_mean_confidence_that_rounding_put_above_one_has_no_error():
+    """The mean of single precision ones: it was not a number, and neither was the band drawn from it."""
+    from spectral_probe.spectra.confidence import error_of_confidence
+
+    assert error_of_confidence(1.0000001) == 0.0
