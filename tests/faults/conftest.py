@@ -16,6 +16,8 @@ import pytest
 
 HERE = Path(__file__).resolve().parent
 
+collect_ignore = ["fuzz.py"]  # a program of its own, which instruments what it imports
+
 
 def pytest_addoption(parser):
     group = parser.getgroup("faults")

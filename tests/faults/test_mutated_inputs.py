@@ -20,7 +20,6 @@ import pytest
 from tests.faults.mutations import mutations_of
 from tests.faults.seeds import KINDS
 
-
 SEED = 20_26
 WORKERS = 2
 MOST_BYTES = 4 << 30
