@@ -39,7 +39,10 @@ FOREIGN_CODE = {"ctypes", "cffi", "code", "codeop", "runpy"}
 
 MAY_IMPORT = {
     ("operators/terminal.py", "ctypes"): "to flush what Blender's C library has buffered for the terminal",
-    ("spectral_probe/batch_processes.py", "subprocess"): "this interpreter again, for each capture of a batch",
+    (
+        "spectral_probe/batch_processes.py",
+        "subprocess",
+    ): "this interpreter again, for each capture of a batch",
 }
 """Files that may import what others may not, and why."""
 
