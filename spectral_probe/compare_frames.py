@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from .render.share import frame_folder
 from .spectra.colorimetry import spectra_to_xyz
 
 if TYPE_CHECKING:
-    from .figures.contact_sheet import FrameTile
+    from .figures.contact_sheet import FrameTile, Tiles
 
 CSV_NAME = "comparison.csv"
 JSON_NAME = "comparison.json"
@@ -166,7 +166,7 @@ def _compare_frames(directory: Path, output: Path, frames: Sequence[int], blur_p
 
 
 def _compare_frame(
-    directory: Path, frame: int, blur_px: float, tiles: Any
+    directory: Path, frame: int, blur_px: float, tiles: Tiles
 ) -> tuple[FrameResult, FrameTile | None]:
     """One frame's numbers, and its pictures where the contact sheet may show it; its images are let go."""
     folder = frame_folder(directory, frame)

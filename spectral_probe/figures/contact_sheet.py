@@ -83,7 +83,7 @@ class Tiles:
 
     def __init__(self, frames: Sequence[int]) -> None:
         count = min(len(frames), MOST_FRAMES)
-        places = np.unique(np.rint(np.linspace(0, len(frames) - 1, count)).astype(int)) if count else []
+        places = np.unique(np.rint(np.linspace(0, max(len(frames) - 1, 0), count)).astype(int)).tolist()
         self.of = len(frames)
         self.chosen = frozenset(frames[place] for place in places)
         self.columns = 1 if count <= 3 else 2 if count <= 12 else 3
