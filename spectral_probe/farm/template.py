@@ -21,6 +21,7 @@ OPENJD_WORD = "--openjd"
 _LONGEST_NAME = 128
 _LONGEST_VALUE = 1024
 _SECONDS_TO_END = 60
+_LEAST_BOUND = 0.001
 
 _CONTROLS: Mapping[str, Table] = {
     "INPUT_FILE": {"control": "CHOOSE_INPUT_FILE"},
@@ -95,7 +96,10 @@ def _definition(parameter: Parameter) -> Table:
         table |= {"objectType": "DIRECTORY", "dataFlow": "OUT"}
     else:
         table |= {"type": kind, "default": _typed(parameter)}
-        table |= {"minValue": 1} if kind == "INT" else {"minValue": 0.001} if kind == "FLOAT" else {}
+        if kind == "INT":
+            table["minValue"] = 1
+        elif kind == "FLOAT":
+            table["minValue"] = min(_LEAST_BOUND, float(parameter.value))
     return table | {"userInterface": control}
 
 
@@ -122,15 +126,16 @@ def _step(job: FarmJob, stage: Stage) -> Table:
         "args": words,
         "cancelation": {"mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": _SECONDS_TO_END},
     }
-    return step | {"script": {"actions": {"onRun": on_run}}, "hostRequirements": _needs(job)}
+    return step | {"script": {"actions": {"onRun": on_run}}, "hostRequirements": _needs(job, stage)}
 
 
-def _needs(job: FarmJob) -> Table:
+def _needs(job: FarmJob, stage: Stage) -> Table:
+    """What a stage asks of a machine: only rendering passes needs a GPU."""
     amounts: list[Table] = [
         {"name": "amount.worker.vcpu", "min": 1},
         {"name": "amount.worker.memory", "min": job.memory_mib},
     ]
-    if job.gpu:
+    if job.gpu and PASS in stage.tasks:
         amounts.append({"name": "amount.worker.gpu", "min": 1})
     systems = {"name": "attr.worker.os.family", "anyOf": ["linux", "windows", "macos"]}
     return {"amounts": amounts, "attributes": [systems]}
@@ -157,4 +162,5 @@ def _check_text(text: str, name: str) -> None:
             f"{name} has a character that cannot be written in a job: {text!r}. Give it another name."
         )
     if len(text) > _LONGEST_VALUE:
-        raise RenderError(f"{name} is longer than {_LONGEST_VALUE} characters. Choose a shorter path.")
+        remedy = "Part the frames among several jobs" if name == "Frames" else "Choose a shorter path"
+        raise RenderError(f"{name} is longer than {_LONGEST_VALUE} characters. {remedy}.")

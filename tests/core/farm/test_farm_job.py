@@ -137,3 +137,21 @@ def test_names_that_a_template_cannot_hold_are_refused(changes, tmp_path):
     with pytest.raises(RenderError):
         write_bundle(replace(JOB, **changes), tmp_path / "job")
     assert not (tmp_path / "job").exists()
+
+
+def test_only_the_passes_need_a_gpu():
+    steps = job_template(replace(JOB, gpu=True))["steps"]
+    asked = [[amount["name"] for amount in step["hostRequirements"]["amounts"]] for step in steps]
+    assert ["amount.worker.gpu" in names for names in asked] == [True, False, False]
+
+
+def test_a_small_bound_is_valid():
+    template = decode_job_template(template=job_template(replace(JOB, max_de2000=1e-5)))
+    (bound,) = [one for one in template.parameterDefinitions if one.name == "ErrorBound"]
+    assert float(bound.default) == 1e-5
+
+
+def test_more_frames_than_a_job_can_list_are_refused_with_what_to_do():
+    scattered = tuple(number**2 for number in range(300))
+    with pytest.raises(RenderError, match="Part the frames among several jobs"):
+        job_template(replace(JOB, frames=scattered))
