@@ -27,6 +27,7 @@ from .detect_ball import SPECTRAL_PROBE_OT_detect_ball
 from .draw_region import SPECTRAL_PROBE_OT_draw_region
 from .edit_outline import SPECTRAL_PROBE_OT_edit_outline
 from .edit_region import SPECTRAL_PROBE_OT_edit_region
+from .export_farm_job import SPECTRAL_PROBE_OT_export_farm_job
 from .find_files import SPECTRAL_PROBE_OT_find_files, SPECTRAL_PROBE_OT_make_paths
 from .import_capture import SPECTRAL_PROBE_OT_import_capture
 from .import_photographs import SPECTRAL_PROBE_FH_photographs, SPECTRAL_PROBE_OT_import_photographs
@@ -121,6 +122,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
         SPECTRAL_PROBE_OT_plan_render,
         SPECTRAL_PROBE_OT_render_spectral,
         SPECTRAL_PROBE_OT_render_animation,
+        SPECTRAL_PROBE_OT_export_farm_job,
         SPECTRAL_PROBE_OT_render_and_compare,
         SPECTRAL_PROBE_OT_use_cycles,
         SPECTRAL_PROBE_OT_copy_report,

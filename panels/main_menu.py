@@ -121,6 +121,7 @@ class SPECTRAL_PROBE_MT_render(_Stage, bpy.types.Menu):
     operators = (
         ("use_cycles", ""),
         ("plan_render", n_("Plan Spectral Render", "Operator")),
+        ("export_farm_job", n_("Export Farm Job...", "Operator")),
         ("own_render_folder", n_("Give Scene Its Own Render Folder", "Operator")),
         ("swap_light", n_("Swap Light of the Render", "Operator")),
         ("composite", n_("Composite into Photograph", "Operator")),

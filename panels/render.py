@@ -51,6 +51,7 @@ class SPECTRAL_PROBE_PT_render(bpy.types.Panel):
         draw_plan(layout, context)
         job_button(layout, context, "spectral_probe.render_spectral", "RENDER_STILL")
         job_button(layout, context, "spectral_probe.render_animation", "RENDER_ANIMATION")
+        job_button(layout, context, "spectral_probe.export_farm_job", "EXPORT")
         if settings.render.passes:
             _draw_render(results(layout), settings.render)
             for warning in settings.render.warnings.splitlines():

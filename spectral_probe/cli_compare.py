@@ -7,7 +7,9 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .cli_render import frame_list
 from .cli_spectrum import bearing
+from .errors import FileFormatError
 from .model import Job
 
 if TYPE_CHECKING:
@@ -23,9 +25,18 @@ _METALS = ("gold", "silver", "copper")
 def add_words(parser: argparse.ArgumentParser) -> None:
     """Give the verb its words, but for the folder to write to."""
     parser.add_argument(
-        "spectral", type=Path, metavar="SPECTRAL.exr", help="xyz.exr or image.exr of a spectral render"
+        "spectral",
+        type=Path,
+        metavar="SPECTRAL.exr|DIR",
+        help="xyz.exr or image.exr of a spectral render; or a folder of frames, each compared, with a contact sheet",
     )
-    parser.add_argument("rgb", type=Path, metavar="RGB.exr", help="rgb.exr of the same scene")
+    parser.add_argument("rgb", type=Path, nargs="?", metavar="RGB.exr", help="rgb.exr of the same scene")
+    parser.add_argument(
+        "--frames",
+        type=frame_list,
+        metavar="LIST",
+        help="of a folder: these frames, such as 1-24 (default: all)",
+    )
     parser.add_argument(
         "--blur",
         type=_blur,
@@ -64,6 +75,12 @@ def run(arguments: argparse.Namespace) -> Job[Numbers]:
     """The job that the words ask for."""
     from .compare_command import CompareSettings, compare
 
+    if arguments.rgb is None:
+        return _frames(arguments)
+    if arguments.frames is not None:
+        raise FileFormatError(
+            "--frames belongs to a folder of frames. Give the folder alone, or leave --frames out."
+        )
     settings = CompareSettings(
         arguments.blur,
         arguments.light,
@@ -73,6 +90,29 @@ def run(arguments: argparse.Namespace) -> Job[Numbers]:
         arguments.split,
     )
     return compare(arguments.spectral, arguments.rgb, arguments.output, settings)
+
+
+def _frames(arguments: argparse.Namespace) -> Job[Numbers]:
+    """Compare a folder of frames.
+
+    Raises
+    ------
+    FileFormatError
+        If it is none, or words were given that belong to a single comparison.
+    """
+    from .compare_frames import compare_frames
+
+    folder = arguments.spectral
+    if not folder.is_dir():
+        raise FileFormatError(
+            f"{folder} is no folder of frames. Give one, or an RGB render to compare it with."
+        )
+    of_one = arguments.light, arguments.at, arguments.region, tuple(arguments.metals), arguments.split
+    if of_one != ("", None, None, _METALS, 0.5):
+        raise FileFormatError(
+            "--split, --light, --at, --region and --metals belong to one render's comparison. Leave them out for frames."
+        )
+    return compare_frames(folder, arguments.output, arguments.frames, blur_px=arguments.blur)
 
 
 def _blur(text: str) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .commands import read_tristimulus
+from .commands import TristimulusImage, read_tristimulus
 from .composite_model import OBJECTS_NAME
 from .errors import FileFormatError
 from .files.atomic import written_together
@@ -83,23 +83,12 @@ def _compare(spectral_path: Path, rgb_path: Path, directory: Path, settings: Com
     from .figures.sheet import SheetContent
 
     yield Progress(0.02, "Reading the renders")
-    read = [read_tristimulus(spectral_path), read_tristimulus(rgb_path)]
-    spectral, rgb = (image.xyz for image in read)
-    if spectral.shape != rgb.shape:
-        raise FileFormatError(
-            f"{spectral_path.name} is {spectral.shape[1]} x {spectral.shape[0]} pixels, {rgb_path.name} is "
-            f"{rgb.shape[1]} x {rgb.shape[0]} pixels. Compare renders of one size."
-        )
+    pair = read_pair(spectral_path, rgb_path)
+    spectral, rgb = (image.xyz for image in pair)
     light, adapted_white = _light(settings, spectral_path.parent)
     ways = compare_rgb_ways(metal_reflectances(settings.metals), light.spectrum, light.name)
-    masks, told = object_masks(spectral_path.parent, spectral.shape[:2])
     yield Progress(0.1, "Computing colour differences")
-    comparison = compare_images(spectral, rgb, object_masks=masks, blur_px=settings.blur_px)
-    remarks = [
-        *(remark for image in read for remark in image.remarks),
-        *told,
-        *_not_finite(comparison, (spectral_path.name, rgb_path.name)),
-    ]
+    comparison, remarks = compare_pair(pair, (spectral_path, rgb_path), settings.blur_px)
     further = {"rgb_ways": ways_report(ways), "split": settings.split, "remarks": remarks}
     content = SheetContent(
         comparison,
@@ -114,6 +103,46 @@ def _compare(spectral_path: Path, rgb_path: Path, directory: Path, settings: Com
         write_comparison(folder / "compare.json", comparison, further)
         yield from draw_comparison(folder, content)
     return {**comparison_report(comparison), **further, "written": str(directory)}
+
+
+def read_pair(spectral_path: Path, rgb_path: Path) -> tuple[TristimulusImage, TristimulusImage]:
+    """The spectral and the RGB render of one scene.
+
+    Raises
+    ------
+    FileFormatError
+        If one cannot be read, or has another size than the other.
+    """
+    pair = read_tristimulus(spectral_path), read_tristimulus(rgb_path)
+    spectral, rgb = (image.xyz for image in pair)
+    if spectral.shape != rgb.shape:
+        raise FileFormatError(
+            f"{spectral_path.name} is {spectral.shape[1]} x {spectral.shape[0]} pixels, {rgb_path.name} is "
+            f"{rgb.shape[1]} x {rgb.shape[0]} pixels. Compare renders of one size."
+        )
+    return pair
+
+
+def compare_pair(
+    pair: tuple[TristimulusImage, TristimulusImage], paths: tuple[Path, Path], blur_px: float
+) -> tuple[Comparison, list[str]]:
+    """The comparison of two renders read from files, and what is to be said of it.
+
+    objects.exr beside the first tells which pixels show which object.
+
+    Raises
+    ------
+    FileFormatError
+        If an image shows nothing.
+    """
+    spectral, rgb = (image.xyz for image in pair)
+    masks, told = object_masks(paths[0].parent, spectral.shape[:2])
+    comparison = compare_images(spectral, rgb, object_masks=masks, blur_px=blur_px)
+    return comparison, [
+        *(remark for image in pair for remark in image.remarks),
+        *told,
+        *_not_finite(comparison, (paths[0].name, paths[1].name)),
+    ]
 
 
 def draw_comparison(directory: Path, content: SheetContent) -> Job[None]:

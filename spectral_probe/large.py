@@ -18,7 +18,7 @@ LARGEST_IN_MEMORY_BYTES = 1 << 31
 """Arrays larger than this lie in a file."""
 
 TEXELS_A_STRIP = 1 << 23
-"""A panorama of 4096 x 2048 is one strip."""
+"""A panorama of 4096 x 2048 is one strip. Larger ones have strips of a quarter: some steps take 400 bytes a texel."""
 
 
 def large_array(shape: tuple[int, ...], kind: npt.DTypeLike = np.float32) -> npt.NDArray[Any]:
@@ -62,16 +62,16 @@ def let_go(array: npt.NDArray[Any]) -> None:
 
 
 def strips(height: int, width: int, multiple: int = 8) -> list[slice]:
-    """The rows of an image in parts of at most `TEXELS_A_STRIP`, each a multiple of so many rows but the last.
+    """The rows of an image: one part up to `TEXELS_A_STRIP`, else of a quarter of it, a multiple of so many rows but the last.
 
     Examples
     --------
     >>> strips(2048, 4096), len(strips(8192, 16384))
-    ([slice(0, 2048, None)], 16)
+    ([slice(0, 2048, None)], 64)
     """
     if height * width <= TEXELS_A_STRIP:
         return [slice(0, height)]
-    step = max(multiple, TEXELS_A_STRIP // width // multiple * multiple)
+    step = max(multiple, TEXELS_A_STRIP // 4 // width // multiple * multiple)
     return [slice(start, min(start + step, height)) for start in range(0, height, step)]
 
 

@@ -104,7 +104,7 @@ def test_every_widget_has_its_property(name, state, drawn, request, capfd):
         ("backplate", ["match_backplate"]),
         ("ground", ["add_ground"]),
         ("objects", [*4 * ["add_object"], "add_asset_library"]),
-        ("render", ["use_cycles", "plan_render", "render_spectral", "render_animation"]),
+        ("render", ["use_cycles", "plan_render", "render_spectral", "render_animation", "export_farm_job"]),
         ("swap", ["add_swappable", "remove_swappable", "swap_light"]),
         ("composite", ["composite"]),
         ("compare", ["compare", *5 * ["show_comparison"]]),

@@ -151,6 +151,7 @@ NOT_WALKED = {
     "composite": "needs a render; keeps numbers as show_spectrum does",
     "match_backplate": "needs real photographs",
     "render_animation": "as render_spectral",
+    "export_farm_job": "writes files, nothing of the scene",
     "show_basis": "as show_spectrum",
     "show_comparison": "shows a picture of a comparison",
     "show_sensitivities": "changes no settings",
