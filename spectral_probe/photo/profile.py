@@ -94,7 +94,7 @@ def _curve(tag: bytes) -> FloatArray:
     if tag[:4] == b"para":
         (kind,) = struct.unpack_from(">H", tag, 8)
         parameters = np.array(struct.unpack_from(f">{_PARAMETERS[kind][0]}i", tag, 12)) / 65536.0
-        with np.errstate(invalid="ignore"):
+        with np.errstate(all="ignore"):  # what is not finite is refused by whoever reads the profile
             return np.asarray(_PARAMETERS[kind][1](codes, *parameters))
     if tag[:4] != b"curv":
         raise ValueError

@@ -208,3 +208,21 @@ def test_a_mean_confidence_that_rounding_put_above_one_has_no_error():
     from spectral_probe.spectra.confidence import error_of_confidence
 
     assert error_of_confidence(1.0000001) == 0.0
+
+
+def test_a_profile_whose_curve_leaves_all_numbers_is_none():
+    """Found by fuzzing: powers of thousands, slopes of zero."""
+    import io
+    import struct
+
+    from PIL import ImageCms
+
+    from spectral_probe.photo.profile import read_profile
+
+    data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
+    assert read_profile(bytes(data)) is not None
+    at = data.index(b"para") + 12
+    for numbers in ((0x7FFFFFFF, 0x7FFFFFFF, 0x7FFFFFFF), (0x10000, 0, 0x10000)):
+        struct.pack_into(">3i", data, at, *numbers)
+        found = read_profile(io.BytesIO(data).getvalue())
+        assert found is None or np.isfinite(found.curves).all()
