@@ -63,7 +63,6 @@ def pytest_generate_tests(metafunc):
             ("program", "trial"),
             [(name, number) for name in PROGRAMS for number in range(trials_of(name, kills))],
             indirect=["program"],
-            scope="session",
         )
 
 
@@ -121,8 +120,19 @@ def plain_capture(path):
 
 
 @pytest.fixture(scope="session")
-def program(request, tmp_path_factory):
-    folder = tmp_path_factory.mktemp(request.param)
+def programs():
+    """Programs that were run undisturbed, by name: trials come in any order, and each is run so once."""
+    return {}
+
+
+@pytest.fixture
+def program(request, programs, tmp_path_factory):
+    if request.param not in programs:
+        programs[request.param] = undisturbed(request, tmp_path_factory.mktemp(request.param))
+    return programs[request.param]
+
+
+def undisturbed(request, folder):
     if request.param == "probe":
         capture = one_view_of_the_gym(folder)
         inputs = (capture, *GYM.glob("view0_*.dng"))
