@@ -21,7 +21,9 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 MODULE = "bl_ext.user_default.spectral_probe"
 _SHOWN = ("operators", "panels", "settings")
-_NOT_IN_THE_WINDOW = {"demo.py", "demo_plate.py", "terminal.py", "command_line.py", "command_backplate.py"}
+_NOT_IN_THE_WINDOW = {
+    "demo.py", "demo_plate.py", "terminal.py", "command_line.py", "command_backplate.py", "command_frames.py", "command_farm.py",
+}  # fmt: skip
 
 type Key = tuple[str, str]
 
