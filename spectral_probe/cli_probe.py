@@ -65,7 +65,7 @@ def _batch(arguments: argparse.Namespace) -> Job[Numbers]:
     try:
         return _to_tell((yield from job), arguments)
     except PartlyFailedError as problem:
-        raise PartlyFailedError(str(problem).splitlines(), _to_tell(problem.numbers, arguments)) from None
+        raise PartlyFailedError(problem.failures, _to_tell(problem.numbers, arguments)) from None
 
 
 def _to_tell(numbers: Mapping[str, Any], arguments: argparse.Namespace) -> Numbers:

@@ -75,5 +75,10 @@ class PartlyFailedError(SpectralProbeError):
     """
 
     def __init__(self, failures: Sequence[str], numbers: Mapping[str, Any]) -> None:
-        super().__init__("\n".join(failures))
+        super().__init__(*failures)
+        self.failures = tuple(printable(line) for line in failures)
         self.numbers = numbers
+
+    def __str__(self) -> str:
+        """A line for each failure."""
+        return "\n".join(self.failures)

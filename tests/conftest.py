@@ -11,6 +11,15 @@ from typing import Any
 import pytest
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options of tests/faults; here, where pytest looks for options whatever tests are run."""
+    group = parser.getgroup("faults")
+    group.addoption("--kills", type=int, default=2, help="how often each program is killed (default 2)")
+    group.addoption(
+        "--mutations", type=int, default=60, help="how many mutated inputs in all are read (default 60)"
+    )
+
+
 @pytest.fixture(scope="session")
 def skip_unless_required() -> Callable[[str, str], None]:
     """Skip for want of something that a developer's machine need not have; where it must be there, fail."""

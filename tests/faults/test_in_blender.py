@@ -15,6 +15,8 @@ import pytest
 from tests.faults.mutations import mutations_of
 from tests.faults.seeds import KINDS
 
+pytestmark = pytest.mark.long
+
 SEED = 20_27
 SHARE = 8
 """Of the mutated inputs of the command line, one in so many is given to Blender, too."""

@@ -159,6 +159,7 @@ def undisturbed(request, folder):
     return Program(words, inputs, contents(folder / "undisturbed"), seconds)
 
 
+@pytest.mark.long
 def test_a_killed_program_goes_on_as_if_nothing_had_been(request, program, trial, kills, tmp_path):
     name = request.node.callspec.params["program"]
     chance = random.Random(f"{name} {trial}")

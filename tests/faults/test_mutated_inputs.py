@@ -20,6 +20,8 @@ import pytest
 from tests.faults.mutations import mutations_of
 from tests.faults.seeds import KINDS
 
+pytestmark = pytest.mark.long
+
 SEED = 20_26
 WORKERS = 2
 MOST_BYTES = 4 << 30
@@ -55,9 +57,7 @@ class Worker:
 
     def close(self) -> None:
         """End it."""
-        assert self.process.stdin is not None
-        self.process.stdin.close()
-        self.process.wait()
+        self.process.communicate()
 
 
 @pytest.fixture(scope="module")
