@@ -304,6 +304,7 @@ def test_the_limit_of_a_container_counts(tmp_path):
 # ---------------------------------------------------------------- real processes
 
 
+@pytest.mark.long
 def test_real_processes_make_what_one_alone_makes(tmp_path, capsys):
     capture = write_capture(tmp_path / "caps" / "a" / "capture.toml")
     out = tmp_path / "out"

@@ -145,7 +145,9 @@ def orthographic(pixels_px, outline):
     return np.array([0.0, 0.0, 1.0]) - 2 * normal[..., 2:] * normal
 
 
-@pytest.mark.parametrize("distance", [5.0, 10.0, 40.0])
+@pytest.mark.parametrize(
+    "distance", [pytest.param(5.0, marks=pytest.mark.long), 10.0, pytest.param(40.0, marks=pytest.mark.long)]
+)
 def test_directions_of_a_ball_rendered_in_a_checkerboard(scene, tmp_path, distance, record_property):
     camera = mirrored_ball(scene, distance)
     picture = photograph(scene, tmp_path / "ball.exr")

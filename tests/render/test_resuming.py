@@ -229,6 +229,7 @@ KILLED = """
 """
 
 
+@pytest.mark.long
 def test_killed_and_opened_again(render, extension, project_root, tmp_path):
     """Killed between its passes, another process goes on where it was, and the scene is what it was."""
     blend = tmp_path / "scene.blend"

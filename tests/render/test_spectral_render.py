@@ -142,6 +142,7 @@ def two_lights(extension, height=16):
     )
 
 
+@pytest.mark.long
 def test_a_light_basis_plan_agrees_with_all_wavelengths(render, xyz_of, extension, ball):
     for metal, x in (("Au", -1.1), ("Cu", 1.1)):
         material = ball("ShaderNodeBsdfMetallic", (x, 0.0, 0.0))
