@@ -11,9 +11,6 @@ from .farm.job import FarmJob
 TEXT = "Write a shot as a job for a render farm: an Open Job Description bundle, or a list of commands."
 EXAMPLE = "farm SCENE.blend --probe out/probe.exr --frames 1-240 -o bundle"
 
-_TOLD_APART = ("probe", "plan", "samples")
-"""Words that are parameters of the job."""
-
 
 def add_farm_words(parser: argparse.ArgumentParser) -> None:
     """Give the verb its words, but for the folder to write to."""
@@ -78,7 +75,6 @@ def farm_job(
 
 def _further_words(arguments: argparse.Namespace) -> tuple[str, ...]:
     """The words of `render` that are no parameters of the job."""
-    none = dict.fromkeys(_TOLD_APART)
-    plain = argparse.Namespace(**{**vars(arguments), **none, "swappable": (), "world": True})
-    plain.max_de = DEFAULT_MAX_DE2000
+    own = {"world": True, "plan": None, "samples": None, "max_de": DEFAULT_MAX_DE2000, "swappable": ()}
+    plain = argparse.Namespace(**{**vars(arguments), **own})
     return tuple(render_words(plain)[1:])

@@ -9,11 +9,6 @@ from itertools import product
 from .job import FRAME, PASS, FarmJob, Reference, Stage, Word
 
 
-def stage_words(stage: Stage, *further: str) -> tuple[Word, ...]:
-    """The command of a stage's tasks with further words."""
-    return (*stage.command, *further)
-
-
 def command_list(job: FarmJob) -> str:
     """The content of commands.txt: a command a line, quoted for a POSIX shell; comments part the stages.
 

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..errors import RenderError
-from .commands import stage_words
 from .job import FRAME, PASS, FarmJob, Parameter, Reference, Stage, Word
 
 type Table = dict[str, Any]
@@ -110,7 +109,7 @@ def _typed(parameter: Parameter) -> str | int | float:
 
 
 def _step(job: FarmJob, stage: Stage) -> Table:
-    program, *words = (_referring(word) for word in stage_words(stage, OPENJD_WORD))
+    program, *words = (_referring(word) for word in (*stage.command, OPENJD_WORD))
     step: Table = {"name": stage.name}
     if stage.after:
         step["dependencies"] = [{"dependsOn": stage.after}]

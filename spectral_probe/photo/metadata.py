@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from ..model import Exposure
 from .exif import EXIF_F_NUMBER, EXIF_IFD, EXIF_ORIENTATION, lens_and_exposure, positive_tag
 from .file_kind import Kind, check_size, file_kind, jpeg_size, mapped
 from .suffixes import PHOTOGRAPHS
-from .tiff import check_tiff, exif_of_tiff
+from .tiff import TAGS_UNREADABLE, check_tiff, exif_of_tiff
 
 type Encoding = Literal["raw", "converted", "radiance"]
 """How light is stored: the sensor's own values, a picture made of them, or radiance already."""
@@ -158,16 +157,7 @@ def _exif_of_picture(path: Path, kind: Kind) -> Mapping[int, Any]:
                     return {}
                 exif = image.getexif()
                 return {**exif, **exif.get_ifd(EXIF_IFD)}
-        except (
-            OSError,
-            SyntaxError,
-            ValueError,
-            KeyError,
-            TypeError,
-            IndexError,
-            OverflowError,
-            struct.error,
-        ):
+        except TAGS_UNREADABLE:
             return {}
 
 

@@ -14,6 +14,18 @@ from .file_kind import Bytes, broken, check_size, cut_short, mapped, number
 
 EXIF_IFD = 0x8769
 
+TAGS_UNREADABLE = (
+    OSError,
+    SyntaxError,
+    ValueError,
+    KeyError,
+    TypeError,
+    IndexError,
+    OverflowError,
+    struct.error,
+)
+"""What Pillow raises over damaged EXIF tags."""
+
 _WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _SAMPLES, _FORMAT = 256, 257, 258, 262, 277, 339
 _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
 _NEXT_INSIDE, _DNG_VERSION = 330, 50706
@@ -153,15 +165,6 @@ def exif_of_tiff(path: Path) -> Mapping[int, Any]:
         try:
             exif.load_from_fp(file)
             return {**exif, **exif.get_ifd(EXIF_IFD)}
-        except (
-            OSError,
-            SyntaxError,
-            ValueError,
-            KeyError,
-            TypeError,
-            IndexError,
-            OverflowError,
-            struct.error,
-        ):
+        except TAGS_UNREADABLE:
             # Pillow gives up on directories it does not know. Exposure and lens are then as good as absent.
             return {}
