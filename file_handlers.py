@@ -11,6 +11,7 @@ from bpy.app.handlers import persistent
 
 from . import versions
 from .operators.bridge import own_paths, packed_probe
+from .operators.job_report import forget_reports
 from .operators.missing import keep_missing
 from .operators.settings import built_folder
 from .spectral_probe.errors import SpectralProbeError
@@ -20,6 +21,11 @@ _LOG = logging.getLogger(__name__)
 
 @persistent
 def _loaded(*_: object) -> None:
+    forget_reports()
+    _read_open_file()
+
+
+def _read_open_file() -> None:
     for scene in bpy.data.scenes:
         versions.upgrade(scene)
     _resolve_linked()
@@ -107,10 +113,6 @@ def _saving_handlers() -> tuple[tuple[str, Callable[..., None]], ...]:
 
 def _ours(name: str) -> list[Callable[..., None]]:
     return [handler for handler in getattr(bpy.app.handlers, name) if handler.__module__ == __name__]
-
-
-def _read_open_file() -> None:
-    _loaded()
 
 
 _LISTS = ("load_post", "blend_import_post", "save_pre", "save_post", "save_post_fail")

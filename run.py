@@ -35,7 +35,11 @@ PYTHON = BIN / f"python{EXE}"
 OLDEST_UV = (0, 5)
 
 # Tests of one file stay in one process, for they share what is dear to make; a process with Blender takes about 1 GB.
-IN_PARALLEL = ("--numprocesses", "auto", "--maxprocesses", "4", "--dist", "loadfile")
+# One that crashes ends the tests, with the test's name: pytest-xdist would wait for ever for the rest of its file.
+IN_PARALLEL = (
+    *("--numprocesses", "auto", "--maxprocesses", "4"),
+    *("--dist", "loadfile", "--max-worker-restart", "0"),
+)
 
 # Where distributions keep the libraries that bpy takes from the system: Debian and Ubuntu, Fedora, Arch.
 PACKAGES = {

@@ -41,6 +41,11 @@ def keep_report(
     kept.opened = kept.opened or any(kind != "INFO" for kind, _ in lines)
 
 
+def forget_reports() -> None:
+    """Forget what jobs told: another file is open now."""
+    bpy.context.window_manager.spectral_probe_reports.clear()
+
+
 def report_text(operator: str) -> str:
     """The last report of an operator's job as lines of text; empty without one."""
     kept = bpy.context.window_manager.spectral_probe_reports.get(operator)

@@ -4,6 +4,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -123,22 +124,34 @@ def drawn() -> Callable[..., list[dict[str, Any]]]:
 
     def draw(panel: type, **override: Any) -> list[dict[str, Any]]:
         window = bpy.context.window_manager.windows[0]
-        area = next((a for a in window.screen.areas if a.type == panel.bl_space_type), None)
-        place = {"window": window}
-        if area is not None:
+        areas = window.screen.areas
+        area = next((area for area in areas if area.type == panel.bl_space_type), areas[0])
+        with of_type(area, panel.bl_space_type):
             region = next(region for region in area.regions if region.type == panel.bl_region_type)
-            place |= {"area": area, "region": region}
-        with bpy.context.temp_override(**place, **override):
-            if hasattr(panel, "poll") and not panel.poll(bpy.context):
-                return []
-            menu = bpy.context.window_manager.popmenu_begin__internal(
-                "panel"
-            )  # never ended: that needs a window
-            column = menu.layout.column()
-            panel.draw(_PanelInstance(panel, column), bpy.context)
-            return list(_widgets(column.introspect()))
+            place = {"window": window, "area": area, "region": region}
+            with bpy.context.temp_override(**place, **override):
+                return widgets(panel)
+
+    def widgets(panel: type) -> list[dict[str, Any]]:
+        if hasattr(panel, "poll") and not panel.poll(bpy.context):
+            return []
+        menu = bpy.context.window_manager.popmenu_begin__internal("panel")  # never ended: that needs a window
+        column = menu.layout.column()
+        panel.draw(_PanelInstance(panel, column), bpy.context)
+        return list(_widgets(column.introspect()))
 
     return draw
+
+
+@contextmanager
+def of_type(area: Any, kind: str) -> Iterator[None]:
+    """An area turned into an editor of a kind meanwhile: reading a file in background keeps the areas, for all other tests."""
+    before = area.type
+    area.type = kind
+    try:
+        yield
+    finally:
+        area.type = before
 
 
 def _widgets(items: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:

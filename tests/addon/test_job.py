@@ -267,6 +267,14 @@ def test_the_report_stays_and_can_be_copied(operator, context, in_extension, fai
     assert report.title.startswith("Steps: ended after" if fails else "Steps: done in")
 
 
+def test_another_file_is_told_nothing_of_this_ones_jobs(operator, context):
+    driven(operator(), context, [TIMER] * 5)
+    reports = bpy.context.window_manager.spectral_probe_reports
+    assert len(reports) == 1
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert len(bpy.context.window_manager.spectral_probe_reports) == 0
+
+
 @pytest.fixture
 def blender(in_extension, monkeypatch):
     """Stands in for Blender's render job, which needs a window: what it is asked, and how it ends."""

@@ -234,8 +234,4 @@ def test_handlers_are_there_once_and_gone_after(in_extension):
 @pytest.mark.parametrize("name", ["panorama", "pick", "region", "other_regions"])
 def test_the_panels_draw(drawn, name):
     ops.pick_direction(azimuth=math.radians(90), elevation=math.radians(10))
-    for area in bpy.context.window_manager.windows[0].screen.areas:
-        if area.type == "DOPESHEET_EDITOR":
-            area.type = "IMAGE_EDITOR"
-    widgets = drawn(getattr(bpy.types, f"SPECTRAL_PROBE_PT_{name}"))
-    assert widgets
+    assert drawn(getattr(bpy.types, f"SPECTRAL_PROBE_PT_{name}"))
