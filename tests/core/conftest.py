@@ -1,11 +1,14 @@
 """A simulated room with lamps of known spectra, photographed in a mirrored ball by exact reflection, with or without a filter."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck
+from hypothesis import settings as hypothesis_settings
 
 from spectral_probe.files.image_exr import write_rgb
 from spectral_probe.geometry.ball import reflect
@@ -17,6 +20,16 @@ from spectral_probe.spectra.colorimetry import illuminant
 from spectral_probe.spectra.grid import STEP_NM, WAVELENGTHS_NM
 from spectral_probe.spectra.library import surface_reflectances
 from spectral_probe.spectra.metals import ball_reflectance
+
+hypothesis_settings.register_profile(
+    "the same each time",
+    max_examples=int(os.environ.get("SPECTRAL_PROBE_EXAMPLES", "15")),
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+hypothesis_settings.load_profile("the same each time")
 
 SIZE_PX = 200
 RADIUS_M, DISTANCE_M, FOCAL_PX = 0.05, 0.8, 1350.0
