@@ -26,6 +26,7 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -55,12 +56,12 @@ def peak_gb() -> float:
 
 def probe_point(width: int, views: int, folder: Path) -> dict[str, Any]:
     """The verb `probe`, with all its files."""
-    from spectral_probe.files.capture import read_capture
+    from spectral_probe.files.capture import load_capture
     from spectral_probe.model import finish
     from spectral_probe.probe import build_probe, write_outputs
 
     imports = time.perf_counter() - START
-    capture = read_capture(ROOT / "sample_scenes" / "gym" / "capture.toml")
+    capture = load_capture(ROOT / "sample_scenes" / "gym" / "capture.toml")
     repeated = [capture.views[number % len(capture.views)] for number in range(views)]
     probe = finish(build_probe(replace(capture, views=tuple(repeated)), width))
     finish(write_outputs(probe, folder))
@@ -177,7 +178,7 @@ def in_own_process(kind: str, size: tuple[int, int, int, int], folder: Path) -> 
     """The numbers of a point."""
     words = ["--point", kind, "--size", *map(str, size), "-o", str(folder)]
     told = subprocess.run(  # noqa: S603  (this script)
-        [sys.executable, str(Path(__file__).resolve()), *words], check=True, capture_output=True, text=True
+        [sys.executable, str(Path(__file__).resolve()), *words], check=True, stdout=subprocess.PIPE, text=True
     )
     return json.loads(told.stdout.splitlines()[-1])
 
@@ -185,36 +186,28 @@ def in_own_process(kind: str, size: tuple[int, int, int, int], folder: Path) -> 
 # ---------------------------------------------------------------- all points
 
 
-def probe_rows(kind: str, points: list[tuple[int, int]], scratch: Path) -> list[dict[str, Any]]:
+def probe_rows(kind: str, points: list[tuple[int, int]], scratch: Path) -> Iterator[dict[str, Any]]:
     """Rows of the table for probes of (width, views)."""
-    rows = []
     for width, views in points:
         told = in_own_process("probe", (width, width // 2, views, 1), scratch)
         shutil.rmtree(scratch)
         stages = told.pop("stages")
         amount = views if kind == "views" else width * width // 2
-        rows.append(
-            {"kind": kind, "width": width, "height": width // 2, "views": views, "amount": amount, **told}
-        )
-        rows[-1] |= {f"seconds_{name}": value for name, value in stages.items()}
-        tell(rows[-1])
-    return rows
+        row = {"kind": kind, "width": width, "height": width // 2, "views": views, "amount": amount, **told}
+        yield row | {f"seconds_{name}": value for name, value in stages.items()}
 
 
 def combine_rows(
     kind: str, plan: str, points: list[tuple[int, int, int]], scratch: Path
-) -> list[dict[str, Any]]:
+) -> Iterator[dict[str, Any]]:
     """Rows for combines of (width, height, frames)."""
-    rows = []
     for width, height, frames in points:
         made = in_own_process(f"make {plan}", (width, height, 0, 0), scratch)
         told = in_own_process(f"combine {plan}", (width, height, 0, frames), scratch)
         shutil.rmtree(scratch)
         amount = frames if kind == "frames" else width * height
-        rows.append({"kind": kind, "width": width, "height": height, "frames": frames, "amount": amount})
-        rows[-1] |= {**told, "bytes_read": made["bytes"] * frames}
-        tell(rows[-1])
-    return rows
+        row = {"kind": kind, "width": width, "height": height, "frames": frames, "amount": amount}
+        yield row | {**told, "bytes_read": made["bytes"] * frames}
 
 
 def tell(row: dict[str, Any]) -> None:
@@ -224,20 +217,19 @@ def tell(row: dict[str, Any]) -> None:
     sys.stdout.flush()
 
 
-def measured(options: argparse.Namespace) -> list[dict[str, Any]]:
-    """All rows that were asked for."""
-    scratch, rows = options.output / "scratch", []
+def measured(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """All rows that were asked for, one after the other."""
+    scratch = options.output / "scratch"
     if "panorama" in options.only:
         widths = [width for width in WIDTHS if width <= options.largest]
-        rows += probe_rows("panorama", [(width, 3) for width in widths], scratch)
+        yield from probe_rows("panorama", [(width, 3) for width in widths], scratch)
     if "views" in options.only:
-        rows += probe_rows("views", [(VIEW_WIDTH, views) for views in VIEWS], scratch)
+        yield from probe_rows("views", [(VIEW_WIDTH, views) for views in VIEWS], scratch)
     if "render" in options.only:
         for plan in ("21", "5"):
-            rows += combine_rows(f"render {plan}", plan, [(*size, 1) for size in RENDERS], scratch)
+            yield from combine_rows(f"render {plan}", plan, [(*size, 1) for size in RENDERS], scratch)
     if "frames" in options.only:
-        rows += combine_rows("frames", "21", [(*RENDERS[0], count) for count in FRAMES], scratch)
-    return rows
+        yield from combine_rows("frames", "21", [(*RENDERS[0], count) for count in FRAMES], scratch)
 
 
 def fitted(rows: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
@@ -314,17 +306,27 @@ def main() -> None:
         sys.stdout.write("\n" + json.dumps(point(options)) + "\n")
         return
     options.output.mkdir(parents=True, exist_ok=True)
-    kept = [row for path in options.plot or () for row in json.loads(path.read_text())["points"]]
-    rows = kept or measured(options)
+    rows = [row for path in options.plot or () for row in json.loads(path.read_text())["points"]]
+    if not rows:
+        for row in measured(options):  # what is measured is kept, whatever becomes of the rest
+            tell(row)
+            rows.append(row)
+            save(rows, options.output)
+    fits = save(rows, options.output)
+    draw(rows, fits, options.output / "scale.png")
+    sys.stdout.write(json.dumps(fits, indent=1) + "\n")
+
+
+def save(rows: list[dict[str, Any]], folder: Path) -> dict[str, dict[str, float]]:
+    """Leave scale.csv and scale.json in a folder; what was fitted to the rows."""
     fits = fitted(rows)
     names = list(dict.fromkeys(name for row in rows for name in row))
-    with (options.output / "scale.csv").open("w", newline="") as file:
+    with (folder / "scale.csv").open("w", newline="") as file:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows(rows)
-    (options.output / "scale.json").write_text(json.dumps({"fits": fits, "points": rows}, indent=1) + "\n")
-    draw(rows, fits, options.output / "scale.png")
-    sys.stdout.write(json.dumps(fits, indent=1) + "\n")
+    (folder / "scale.json").write_text(json.dumps({"fits": fits, "points": rows}, indent=1) + "\n")
+    return fits
 
 
 if __name__ == "__main__":
