@@ -13,12 +13,12 @@ from .geometry.frames import panorama_solid_angles, view_angles
 from .geometry.registration import RegisteredView, ViewRegistration
 from .geometry.sampling import sampling
 from .known_light import Calibration
-from .large import let_go, strips
 from .light import kinds_of_light
 from .model import Capture, SpectralPanorama
 from .recoveries import Recoveries
 from .spectra.advice import light_advice, recovery_advice
 from .spectra.camera import REC709, camera_file, camera_sensitivities, gains_remark
+from .spectra.panorama import negative_fraction
 from .spectra.posterior import metamer_risk
 from .spectra.recorded import light_posterior
 from .view import MeasuredView
@@ -67,7 +67,7 @@ def probe_report(
         "channels": channels,
         "kinds_of_light": kinds,
         "metamer_risk_de2000": None if whole is None else metamer_risk(whole.mean, whole.covariance),
-        "negative_fraction": _negative_fraction(panorama),
+        "negative_fraction": negative_fraction(panorama),
         "median_confidence": _median(panorama, panorama.confidence),
         "median_direction_error_deg": None
         if panorama.direction_error_rad is None
@@ -167,14 +167,3 @@ def _warnings(views: Sequence[MeasuredView]) -> list[str]:
         else f"View{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}: {remark}"
         for remark, numbers in views_of.items()
     ]
-
-
-def _negative_fraction(panorama: SpectralPanorama) -> float:
-    """Share of spectral samples below zero (only the paper's method leaves any)."""
-    count = 0
-    for rows in strips(*panorama.valid.shape):
-        for index, basis in enumerate(panorama.bases.astype(np.float32)):
-            weights = panorama.weights[rows][panorama.basis_index[rows] == index]
-            count += sum(int(((weights @ column) < 0).sum()) for column in basis.T)
-        let_go(panorama.weights)
-    return float(count / (panorama.valid.size * panorama.bases.shape[-1]))

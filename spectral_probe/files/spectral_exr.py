@@ -7,7 +7,7 @@ A. Fichet, R. Pacanowski & A. Wilkie, "An OpenEXR Layout for Spectral Images", J
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -18,6 +18,7 @@ from ..errors import FileFormatError, SpectralDataError
 from ..large import let_go
 from ..model import BoolArray, FloatArray, SpectralPanorama
 from ..parallel import in_parallel, row_blocks
+from ..spectra.panorama import panorama_spectra
 from .image_exr import read_channels, write_rows
 from .spectral_channels import SpectralChannels, channel_name, find_channels
 
@@ -76,22 +77,17 @@ class SpectralImage:
 def write_spectral_panorama(path: Path, panorama: SpectralPanorama) -> None:
     """Write the spectra of a panorama, with its `valid` mask as a further channel."""
     names = [channel_name(float(nm)) for nm in panorama.wavelengths_nm]
-    bases = np.moveaxis(panorama.bases, -1, 0).astype(np.float32)
-
-    def planes(rows: slice) -> Iterator[FloatArray]:
-        weights, index = panorama.weights[rows], panorama.basis_index[rows]
-        return (np.einsum("hwk,hwk->hw", weights, basis[index]) for basis in bases)
+    height, width = panorama.valid.shape
 
     def brightest_of(rows: slice) -> float:
-        brightest = max(float(np.abs(plane).max()) for plane in planes(rows))
+        brightest = float(np.abs(panorama_spectra(panorama, rows)).max())
         let_go(panorama.weights)
         return brightest
 
-    height, width = panorama.valid.shape
     kind = _kind(max(in_parallel(brightest_of, row_blocks(width, height))))
 
     def channels(rows: slice) -> dict[str, Any]:
-        made = {name: plane.astype(kind) for name, plane in zip(names, planes(rows), strict=True)}
+        made = dict(zip(names, panorama_spectra(panorama, rows).astype(kind), strict=True))
         let_go(panorama.weights)
         return made | {"valid": panorama.valid[rows].astype(kind)}
 
