@@ -196,10 +196,10 @@ def _rows(batch: _Batch, captures: Sequence[BatchCapture]) -> list[Numbers]:
     rows = []
     for capture in captures:
         known = {
+            **batch.rows.get(capture.name, not_begun),
             "name": capture.name,
             "capture": str(capture.path),
             "folder": str(capture.folder),
-            **batch.rows.get(capture.name, not_begun),
         }
         rows.append({column: known.get(column) for column in COLUMNS})
     return rows

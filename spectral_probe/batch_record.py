@@ -19,6 +19,7 @@ from typing import Any
 from .batch_captures import files_of
 from .files.atomic import written_whole
 from .files.capture import load_capture
+from .files.json_object import UNREADABLE, number, read_object, sentences, table, text, whole
 
 RECORD_NAME = "batch.json"
 
@@ -28,7 +29,6 @@ OUTPUTS = (
 """What `probe.write_outputs` writes."""
 
 _FORMAT = "spectral-probe-batch-1"
-_LARGEST_BYTES = 16_000_000
 
 
 @dataclass(frozen=True)
@@ -61,31 +61,35 @@ class BatchRecord:
 
 def read_record(folder: Path) -> BatchRecord | None:
     """The record of a probe's folder; None where there is none, or it is damaged."""
-    path = folder / RECORD_NAME
     try:
-        if path.stat().st_size > _LARGEST_BYTES:
-            return None
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = read_object(folder / RECORD_NAME)
         if content["format"] != _FORMAT:
             return None
         width = content["width_px"]
         return BatchRecord(
-            str(content["capture"]),
-            str(content["program"]),
-            None if width is None else int(width),
-            {str(name): str(digest) for name, digest in content["inputs"].items()},
-            {str(name): str(digest) for name, digest in content["outputs"].items()},
-            dict(content["numbers"]),
+            text(content["capture"]),
+            text(content["program"]),
+            None if width is None else whole(width),
+            {name: text(digest) for name, digest in table(content["inputs"]).items()},
+            {name: text(digest) for name, digest in table(content["outputs"]).items()},
+            {name: _cell(value) for name, value in table(content["numbers"]).items()},
         )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
+    except UNREADABLE:
         return None
+
+
+def _cell(value: Any) -> str | float | None:
+    """What may stand in a cell of the batch's table."""
+    if isinstance(value, str):
+        return sentences([value])[0]
+    return None if value is None else value if isinstance(value, int) else number(value)
 
 
 def write_record(folder: Path, record: BatchRecord) -> None:
     """Write a record, whole or not at all."""
     with written_whole(folder / RECORD_NAME) as temporary:
-        text = json.dumps({"format": _FORMAT, **asdict(record)}, indent=1)
-        temporary.write_text(text + "\n", encoding="utf-8")
+        content = json.dumps({"format": _FORMAT, **asdict(record)}, indent=1)
+        temporary.write_text(content + "\n", encoding="utf-8")
 
 
 def unchanged(record: BatchRecord, capture: Path, width_px: int | None, folder: Path) -> bool:

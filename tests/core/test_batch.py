@@ -204,6 +204,27 @@ def test_what_is_damaged_or_of_other_settings_is_made_again(done, capsys, damage
     assert status(capsys, capture, folder, *words) == (0, "done")
 
 
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(
+    ("numbers", "expected"),
+    [
+        ({"views": "3\ud800\n4", "name": "another"}, "skipped"),
+        ({"views": [3]}, "done"),
+        ({"views": float("nan")}, "done"),
+        ([], "done"),
+    ],
+)
+def test_records_are_not_trusted(done, capsys, numbers, expected):
+    capture, folder = done
+    content = json.loads((folder / RECORD_NAME).read_text())
+    (folder / RECORD_NAME).write_text(json.dumps(content | {"numbers": numbers}))
+    assert status(capsys, capture, folder) == (0, expected)
+    row = json.loads((folder.parent / "summary.json").read_text())["captures"][0]
+    assert row["name"] == folder.name
+    if expected == "skipped":
+        assert row["views"] == "3  4"
+
+
 # ---------------------------------------------------------------- how it ends
 
 

@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
+from types import ModuleType
 
 import pytest
 
@@ -93,6 +94,53 @@ def sound(case: str, project_root: Path, folder: Path) -> Path:
     KINDS[kind].make(folder)
     target = next(path for path in sorted(folder.iterdir()) if path.name.startswith(KINDS[kind].target))
     return target.rename(folder / name) if name else target
+
+
+def ours(name: str) -> ModuleType:
+    return importlib.import_module(f"{NAME}.{name}")
+
+
+def rendered(folder: Path) -> Path:
+    """A finished frame of the start-up scene, 24 x 16 pixels, lit by a probe."""
+    KINDS["probe.exr"].make(folder)
+    scene = bpy.context.scene
+    scene.render.engine, scene.cycles.use_denoising = "CYCLES", False
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 24, 16, 100
+    probe = ours("spectral_probe.files.probe_exr").read_probe(folder / "probe.exr")
+    planning = ours("operators.bridge.planning")
+    planner = planning.Planner(probe, planning.PlanRequest(passes=2), 4)
+    render = ours("operators.bridge.cycles").spectral_render
+    ours("spectral_probe.model").finish(
+        render(scene, probe, None, folder / "render", samples=4, planner=planner)
+    )
+    return folder / "render"
+
+
+@pytest.mark.usefixtures("fingerprint")
+def test_damaged_frames_are_not_put_together(tmp_path, mutations):
+    """Plan, index, manifests and passes of a finished frame; the pictures of an earlier time stay where it fails."""
+    whole = rendered(tmp_path)
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    combine, finish = ours("operators.bridge.combining").combine, ours("spectral_probe.model").finish
+    targets = [path for path in sorted((whole / "passes").iterdir()) if path.suffix in (".json", ".exr")]
+    targets.append(whole / "plan.json")
+    random, wrong, refused, count = Random(SEED), [], 0, max(20, mutations // SHARE)
+    for number in range(count):
+        folder = Path(shutil.copytree(whole, tmp_path / f"{number}"))
+        path = folder / random.choice(targets).relative_to(whole)
+        mutation = random.choice(mutations_of(path))
+        path.write_bytes(mutation(random, path.read_bytes()))
+        pictures = {each: each.read_bytes() for each in folder.glob("*.exr")}
+        try:
+            finish(combine(folder))
+        except ours("spectral_probe.errors").SpectralProbeError as told:
+            refused += 1
+            spoiled = [each.name for each, content in pictures.items() if each.read_bytes() != content]
+            if "\n" in str(told) or not str(told) or spoiled or list(folder.glob("**/.writing-*")):
+                wrong.append((number, path.name, mutation.__name__, str(told)[:300], spoiled))
+        shutil.rmtree(folder)
+    assert not wrong
+    assert refused > count // 4, "hardly anything was damaged enough to be refused"
 
 
 def test_damaged_files_are_one_sentence_and_the_scene_stays(fingerprint, project_root, tmp_path, mutations):
