@@ -14,8 +14,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from ..spectral_probe.errors import RenderError
 from ..spectral_probe.model import Job, Progress
 from ..spectral_probe.work import worked
-from .base import FINISHED, OperatorResult
-from .job import JobOperator
+from .asking_for_folder import AsksForFolder
 from .polls import has_light, uses_cycles
 from .render_folder import render_folder
 from .render_spectral import frames_of, planner_from
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 _DENOISE = {"SCENE": (), "ON": ("--denoise",), "OFF": ("--no-denoise",)}
 
 
-class SPECTRAL_PROBE_OT_export_farm_job(JobOperator, bpy.types.Operator):
+class SPECTRAL_PROBE_OT_export_farm_job(AsksForFolder, bpy.types.Operator):
     """Write the scene's frames as a job for a render farm: each pass of each frame is a task of its own"""
 
     bl_idname = "spectral_probe.export_farm_job"
@@ -58,8 +57,6 @@ class SPECTRAL_PROBE_OT_export_farm_job(JobOperator, bpy.types.Operator):
         default="blender",
     )
 
-    _asked = False
-
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There must be light, Cycles, and a file that other machines can open."""
@@ -67,23 +64,6 @@ class SPECTRAL_PROBE_OT_export_farm_job(JobOperator, bpy.types.Operator):
             cls.poll_message_set("Save the .blend first: the farm's machines open it")
             return False
         return has_light(cls, context) and uses_cycles(cls, context)
-
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        """Ask for the folder."""
-        if self.directory or bpy.app.background:
-            return super().invoke(context, event)
-        self._asked = True
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        """Write at once in a script; as a job in the window once the folder was chosen."""
-        if self._asked:
-            bpy.ops.spectral_probe.export_farm_job(
-                "INVOKE_DEFAULT", directory=self.directory, format=self.format, blender=self.blender
-            )
-            return FINISHED
-        return super().execute(context)
 
     def job(self, context: bpy.types.Context) -> Job[FarmJob]:
         """Read the settings, and start to plan."""

@@ -10,16 +10,16 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import EnumProperty, StringProperty
 
 from ..spectral_probe.errors import CaptureError
+from .asking_for_folder import AsksForFolder
 from .base import FINISHED, OperatorResult, ReportsErrors
 from .bridge import own_paths
-from .job import JobOperator
 from .missing import keep_missing
 
 if TYPE_CHECKING:
     from ..spectral_probe.model import Job
 
 
-class SPECTRAL_PROBE_OT_find_files(JobOperator, bpy.types.Operator):
+class SPECTRAL_PROBE_OT_find_files(AsksForFolder, bpy.types.Operator):
     """Look in a folder, and all that is in it, for photographs, spectra and probes that are not where they were"""
 
     bl_idname = "spectral_probe.find_files"
@@ -34,22 +34,6 @@ class SPECTRAL_PROBE_OT_find_files(JobOperator, bpy.types.Operator):
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
 
     in_thread = True
-    _asked = False
-
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        """Ask for the folder."""
-        if self.directory:
-            return super().invoke(context, event)
-        self._asked = True
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        """Look at once in a script; as a job in the window once the folder was chosen."""
-        if self._asked:
-            bpy.ops.spectral_probe.find_files("INVOKE_DEFAULT", directory=self.directory)
-            return FINISHED
-        return super().execute(context)
 
     def job(self, _context: bpy.types.Context) -> Job[dict[str, Path]]:
         """See what is missing, and start to look for it."""
