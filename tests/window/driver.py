@@ -22,7 +22,7 @@ import runpy
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -178,6 +178,26 @@ class Window:
         for letter in text:
             name = "SPACE" if letter == " " else digits[int(letter)] if letter.isdigit() else letter.upper()
             yield from self.key(name, at, letter)
+
+    def file_browser(self, folder: Path) -> Generator[float, None, dict[str, Any]]:
+        """Point the file browser that is opening to a folder; the context of its buttons."""
+        found: list[Any] = []
+
+        def opened() -> bool:
+            windows = bpy.context.window_manager.windows
+            found[:] = [w for w in windows if any(area.type == "FILE_BROWSER" for area in w.screen.areas)]
+            return bool(found)
+
+        yield from self.wait(opened, 20, "a file browser")
+        area = self.area("FILE_BROWSER", found[0])
+        yield from self.wait(lambda: area.spaces.active.params, 20, "a file browser with a folder")
+        area.spaces.active.params.directory = str(folder).encode()
+        yield 1.0
+        return {
+            "window": found[0],
+            "area": area,
+            "region": self.region("FILE_BROWSER", window=found[0]),
+        }
 
     # ------------------------------------------------------------ waiting
 

@@ -13,3 +13,4 @@ def test_an_old_file_missing_files_and_a_packed_probe(scenario, project_root, tm
     assert results["asked first"]
     assert not results["folder made by itself"]
     assert results["unpacked"] == ["preview.png", "probe.exr", "world.exr"]
+    assert {"template.yaml", "parameter_values.yaml", "asset_references.yaml"} <= set(results["farm"])

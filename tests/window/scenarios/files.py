@@ -55,7 +55,10 @@ def steps(ui):
     (work / "archive" / "room render").mkdir()
     (work / "archive" / "room render" / "xyz.exr").touch()
     with ui.step("find"):
-        ui.operator("spectral_probe.find_files", directory=str(work / "archive"))
+        ui.operator("spectral_probe.find_files")
+        browser = yield from ui.file_browser(work / "archive")
+        with bpy.context.temp_override(**browser):
+            bpy.ops.file.execute()
         yield from ui.wait_job()
     ui.results["still missing"] = bpy.context.window_manager.spectral_probe_files.missing
     ui.results["found"] = [settings.views[0].photos[0].path, settings.probe_directory]
@@ -83,3 +86,19 @@ def steps(ui):
     yield 0.5
     ui.shot("menu")
     yield from ui.key("ESC")
+
+    (work / "farm").mkdir()
+    with ui.context("VIEW_3D"):
+        bpy.ops.object.camera_add(location=(0.0, -8.0, 1.0), rotation=(1.5, 0.0, 0.0))
+    ui.scene.camera = bpy.context.object
+    ui.operator("spectral_probe.use_cycles")
+    ui.operator("wm.save_mainfile", "EXEC_DEFAULT")
+    with ui.step("farm"):
+        ui.operator("spectral_probe.export_farm_job")
+        browser = yield from ui.file_browser(work / "farm")
+        with bpy.context.temp_override(**browser):
+            bpy.ops.file.execute()
+        yield from ui.wait_job()
+    ui.results["farm"] = sorted(path.name for path in (work / "farm").iterdir())
+    ui.redraw()
+    ui.shot("farm")

@@ -49,21 +49,12 @@ def steps(ui):
 
     ui.scene.spectral_probe.views.clear()
     ui.operator("spectral_probe.import_photographs")
-    yield 1.0
-    browser = next(
-        window
-        for window in bpy.context.window_manager.windows
-        if any(area.type == "FILE_BROWSER" for area in window.screen.areas)
-    )
-    area = ui.area("FILE_BROWSER", browser)
-    area.spaces.active.params.directory = str(gym).encode()
-    yield 1.0
-    region = ui.region("FILE_BROWSER", window=browser)
-    with bpy.context.temp_override(window=browser, area=area, region=region):
+    browser = yield from ui.file_browser(gym)
+    with bpy.context.temp_override(**browser):
         bpy.ops.file.select_all(action="SELECT")
     ui.redraw()
     ui.shot("browser")
-    with bpy.context.temp_override(window=browser, area=area, region=region):
+    with bpy.context.temp_override(**browser):
         bpy.ops.file.execute()
     yield from ui.wait(lambda: views() and idle(), 20, "the views chosen in the file browser")
     ui.results["chosen"] = views()
