@@ -54,7 +54,7 @@ def peak_gb() -> float:
 # ---------------------------------------------------------------- points, each in its own process
 
 
-def probe_point(width: int, views: int, folder: Path) -> dict[str, Any]:
+def probe_point(kind: str, width: int, views: int, folder: Path) -> dict[str, Any]:
     """The verb `probe`, with all its files."""
     from spectral_probe.files.capture import load_capture
     from spectral_probe.model import finish
@@ -67,7 +67,7 @@ def probe_point(width: int, views: int, folder: Path) -> dict[str, Any]:
     finish(write_outputs(probe, folder))
     stages = json.loads((folder / "report.json").read_text())["seconds"]
     size = sum(file.stat().st_size for file in folder.iterdir())
-    fixed = ("spectra",) if views != len(capture.views) or width == VIEW_WIDTH else _FIXED_STAGES
+    fixed = _FIXED_STAGES if kind == "panorama" else ("spectra",)
     return {
         "seconds_fixed": imports + sum(stages[name] for name in fixed),
         "stages": stages,
@@ -159,8 +159,8 @@ def point(options: argparse.Namespace) -> dict[str, Any]:
     kind = options.point
     if kind.startswith("make"):
         return {"bytes": make_passes(kind.split()[1], width, height, options.output)}
-    if kind.startswith("probe"):
-        told = probe_point(width, views, options.output)
+    if kind in ("panorama", "views"):
+        told = probe_point(kind, width, views, options.output)
     else:
         told = combine_point(kind.split()[1], options.output, frames)
     seconds = time.perf_counter() - START
@@ -189,7 +189,7 @@ def in_own_process(kind: str, size: tuple[int, int, int, int], folder: Path) -> 
 def probe_rows(kind: str, points: list[tuple[int, int]], scratch: Path) -> Iterator[dict[str, Any]]:
     """Rows of the table for probes of (width, views)."""
     for width, views in points:
-        told = in_own_process("probe", (width, width // 2, views, 1), scratch)
+        told = in_own_process(kind, (width, width // 2, views, 1), scratch)
         shutil.rmtree(scratch)
         stages = told.pop("stages")
         amount = views if kind == "views" else width * width // 2
