@@ -199,6 +199,12 @@ class Window:
             "region": self.region("FILE_BROWSER", window=found[0]),
         }
 
+    def choose_folder(self, folder: Path) -> Iterator[float]:
+        """Choose a folder in the file browser that is opening."""
+        browser = yield from self.file_browser(folder)
+        with bpy.context.temp_override(**browser):
+            bpy.ops.file.execute()
+
     # ------------------------------------------------------------ waiting
 
     def wait(self, until: Callable[[], Any], limit_s: float = 60.0, what: str = "") -> Iterator[float]:

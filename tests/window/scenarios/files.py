@@ -56,9 +56,7 @@ def steps(ui):
     (work / "archive" / "room render" / "xyz.exr").touch()
     with ui.step("find"):
         ui.operator("spectral_probe.find_files")
-        browser = yield from ui.file_browser(work / "archive")
-        with bpy.context.temp_override(**browser):
-            bpy.ops.file.execute()
+        yield from ui.choose_folder(work / "archive")
         yield from ui.wait_job()
     ui.results["still missing"] = bpy.context.window_manager.spectral_probe_files.missing
     ui.results["found"] = [settings.views[0].photos[0].path, settings.probe_directory]
@@ -95,9 +93,7 @@ def steps(ui):
     ui.operator("wm.save_mainfile", "EXEC_DEFAULT")
     with ui.step("farm"):
         ui.operator("spectral_probe.export_farm_job")
-        browser = yield from ui.file_browser(work / "farm")
-        with bpy.context.temp_override(**browser):
-            bpy.ops.file.execute()
+        yield from ui.choose_folder(work / "farm")
         yield from ui.wait_job()
     ui.results["farm"] = sorted(path.name for path in (work / "farm").iterdir())
     ui.redraw()
