@@ -59,12 +59,17 @@ def product(matrix: FloatArray, columns: FloatArray) -> FloatArray:
     Threads of the library of matrix products would get in the way of those of `in_parallel`, many times over. It starts none
     for products as small as these.
 
+    The matrix is never handed on transposed. Where both factors are, and of single precision, OpenBLAS 0.3.34 on processors with
+    AVX-512 keeps where the result goes in memory that all threads share (`index_n` of sgemm_small_kernel_tt_skylakex.c): two
+    threads at once may write into each other's result, or anywhere.
+
     Examples
     --------
     >>> matrix, columns = np.arange(6.0).reshape(2, 3), np.ones((3, 100_000))
     >>> bool((product(matrix, columns) == matrix @ columns).all())
     True
     """
+    matrix = np.ascontiguousarray(matrix)
     result = np.empty((len(matrix), columns.shape[1]), np.result_type(matrix, columns))
     step = max(1, _ONE_THREAD_PRODUCT // matrix.size)
     for start in range(0, columns.shape[1], step):
