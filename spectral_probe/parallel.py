@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
@@ -38,6 +39,31 @@ def in_parallel[Part, Result](work: Callable[[Part], Result], parts: Sequence[Pa
             return list(pool.map(work, parts))
     finally:
         cv2.setNumThreads(threads)
+
+
+def in_order[Part, Result](work: Callable[[Part], Result], parts: Sequence[Part]) -> Iterator[Result]:
+    """Results of `work` in the order of the parts, made on all processors, few of them at a time in memory.
+
+    Examples
+    --------
+    >>> list(in_order(lambda number: number**2, range(5)))
+    [0, 1, 4, 9, 16]
+    """
+    if len(parts) == 1:
+        yield work(parts[0])
+        return
+    waiting: deque[Future[Result]] = deque()
+    with ThreadPoolExecutor(processors()) as pool:
+        try:
+            for part in parts:
+                waiting.append(pool.submit(work, part))
+                if len(waiting) > processors():
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            for left in waiting:
+                left.cancel()
 
 
 def row_blocks(width: int, height: int | None = None) -> list[slice]:

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import io
 import struct
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -20,7 +18,7 @@ import numpy as np
 import OpenEXR
 
 from ..errors import FileFormatError
-from ..parallel import processors
+from ..parallel import in_order
 from .silence import libraries_silenced
 
 type Header = dict[str, Any]
@@ -96,31 +94,6 @@ def encode_rows(file: BinaryIO, size: tuple[int, int], make: MakeRows, attribute
         file.write(memoryview(block)[chunks_start:])
     file.seek(table_start)
     file.write(np.array(places, "<u8").tobytes())
-
-
-def in_order[Part, Result](work: Callable[[Part], Result], parts: Sequence[Part]) -> Iterator[Result]:
-    """Results of `work` in the order of the parts, made on all processors, few of them at a time in memory.
-
-    Examples
-    --------
-    >>> list(in_order(lambda number: number**2, range(5)))
-    [0, 1, 4, 9, 16]
-    """
-    if len(parts) == 1:
-        yield work(parts[0])
-        return
-    waiting: deque[Future[Result]] = deque()
-    with ThreadPoolExecutor(processors()) as pool:
-        try:
-            for part in parts:
-                waiting.append(pool.submit(work, part))
-                if len(waiting) > processors():
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:
-            for left in waiting:
-                left.cancel()
 
 
 def _header(encoded: bytes) -> tuple[int, dict[str, int]]:
