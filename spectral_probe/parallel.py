@@ -102,3 +102,20 @@ def product(matrix: FloatArray, columns: FloatArray) -> FloatArray:
         few = slice(start, start + step)
         np.matmul(matrix, columns[:, few], out=result[:, few])
     return result
+
+
+def summed_product(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Matrix (M, P) times the transpose of another (K, P), computed in this thread alone.
+
+    Examples
+    --------
+    >>> first, second = np.ones((2, 100_000)), np.ones((3, 100_000))
+    >>> bool((summed_product(first, second) == 100_000).all())
+    True
+    """
+    result = np.zeros((len(first), len(second)), np.result_type(first, second))
+    step = max(1, _ONE_THREAD_PRODUCT // result.size)
+    for start in range(0, first.shape[1], step):
+        few = slice(start, start + step)
+        result += first[:, few] @ second[:, few].T
+    return result

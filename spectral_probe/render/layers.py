@@ -7,7 +7,7 @@ samples light by them; a corner's spectrum may be signed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import RenderError
-from ..large import let_go, strips
-from ..model import BoolArray, FloatArray, SpectralPanorama
+from ..large import let_go
+from ..model import FloatArray, IntArray, SpectralPanorama
+from ..parallel import in_order, product, row_blocks, summed_product
 from ..render_model import LightLayers
 from ..spectra.colorimetry import colour_matching_functions, delta_e_2000, white_xyz
 from ..spectra.grid import STEP_NM, WAVELENGTHS_NM, resample
@@ -72,9 +73,7 @@ def light_layers(panorama: SpectralPanorama, components: FloatArray | None = Non
     """
     bases = resample(panorama.wavelengths_nm, panorama.bases, name="the panorama's basis")
     root = visual_root()
-    moment = np.zeros((bases.shape[2],) * 2)
-    for part in _parts(panorama):
-        moment += _second_moment(part, bases)
+    moment = sum(_over(panorama, lambda part: _second_moment(part, bases)), np.zeros((bases.shape[2],) * 2))
     total = float(np.trace(moment))
     if not total > 0:
         raise RenderError("The panorama holds no light at all. Build the probe again.")
@@ -85,28 +84,28 @@ def light_layers(panorama: SpectralPanorama, components: FloatArray | None = Non
     ).T  # (3, L) spectra, and (L, 3) what projects a spectrum onto them
     projected = bases @ (root @ strongest)
     to_luminance = space @ matching[:, 1] * STEP_NM
-    level = sum(
-        float((np.maximum(_coordinates(part, projected) @ to_luminance, 0.0) * part.solid_angle).sum())
-        for part in _parts(panorama)
-    )
-    level /= panorama.valid.size
+    energies = _energies(panorama, projected, to_luminance)
+    level = float(energies.sum()) / energies.size
     if not level > 0:
         raise RenderError("The panorama's light is negative throughout. Build the probe again.")
-    corners = _cone(panorama, projected, to_luminance)
+    corners = _cone(panorama, projected, to_luminance, _darkest(energies))
+    del energies
     to_weights = np.linalg.inv(corners)
+    spectra = corners @ space
     weights = np.empty((*panorama.valid.shape, 3), np.float32)
-    lost = 0.0
-    for part in _parts(panorama):
-        own = np.maximum(_coordinates(part, projected) @ to_weights, 0.0)
-        weights[part.rows] = own / level
-        if components is None:
-            lost += _lost_energy(part, bases, own, corners @ space)
+
+    def weigh(part: _Part) -> float:
+        own = np.maximum(product(to_weights.T, _coordinates(part, projected)), 0.0)
+        weights[part.rows] = (own / level).T.reshape(*part.basis_index.shape, 3)
+        return _lost_energy(part, bases, own, spectra) if components is None else 0.0
+
+    lost = sum(_over(panorama, weigh))
     if components is not None:  # without what clipping takes, which is quicker
         outside = np.eye(len(moment)) - root @ strongest @ space
         lost = float(np.trace(outside.T @ moment @ outside))
     return LightLayers(
         weights=weights,
-        spectra=corners @ space * level,
+        spectra=spectra * level,
         wavelengths_nm=WAVELENGTHS_NM.copy(),
         residual=max(lost, 0.0) / total,
     )
@@ -121,18 +120,31 @@ class _Part:
     basis_index: npt.NDArray[np.uint8]
     solid_angle: FloatArray
 
-    def of_basis(self, index: int) -> tuple[BoolArray, FloatArray]:
-        """Mask (h, W) of the texels of a basis, and their weights (N, K) in double precision."""
-        mask = self.basis_index == index
-        return mask, self.weights[mask].astype(float)
+    @property
+    def solid_angles(self) -> FloatArray:
+        """Of each texel, (P,)."""
+        return np.broadcast_to(self.solid_angle, self.basis_index.shape).ravel()
+
+    def by_basis(self) -> Iterator[tuple[int, IntArray, FloatArray]]:
+        """Number of a basis, numbers (N,) of its texels, and their weights (K, N) in double precision."""
+        weights = self.weights.reshape(self.basis_index.size, -1)
+        for basis in np.unique(self.basis_index):
+            chosen = np.flatnonzero(self.basis_index == basis)
+            yield int(basis), chosen, weights[chosen].T.astype(float, order="C")
 
 
-def _parts(panorama: SpectralPanorama) -> Iterator[_Part]:
-    """The panorama strip by strip: what is worked out in double precision must not be as large as all of it."""
-    solid_angle = _solid_angles(panorama.valid.shape[0])
-    for rows in strips(*panorama.valid.shape):
-        yield _Part(rows, panorama.weights[rows], panorama.basis_index[rows], solid_angle[rows])
+def _over[Result](panorama: SpectralPanorama, work: Callable[[_Part], Result]) -> Iterator[Result]:
+    """Results of work on a panorama, from the top: in double precision no more of it than fits the processors' caches."""
+    height, width = panorama.valid.shape
+    solid_angle = _solid_angles(height)
+
+    def of_rows(rows: slice) -> Result:
+        part = _Part(rows, panorama.weights[rows], panorama.basis_index[rows], solid_angle[rows])
+        result = work(part)
         let_go(panorama.weights)
+        return result
+
+    return in_order(of_rows, row_blocks(width, height))
 
 
 def strongest_components(moment: FloatArray) -> FloatArray:
@@ -202,63 +214,84 @@ def visual_root() -> FloatArray:
 def _second_moment(part: _Part, bases: FloatArray) -> FloatArray:
     """Sum over texels of solid angle times the outer product of the spectrum with itself, (L, L)."""
     moment = np.zeros((bases.shape[2],) * 2)
-    for index, basis in enumerate(bases):
-        mask, weights = part.of_basis(index)
-        share = np.broadcast_to(part.solid_angle, mask.shape)[mask]
-        moment += basis.T @ ((weights * share[:, None]).T @ weights) @ basis
+    solid_angles = part.solid_angles
+    for basis, chosen, weights in part.by_basis():
+        moment += bases[basis].T @ summed_product(weights * solid_angles[chosen], weights) @ bases[basis]
     return moment
 
 
-def _coordinates(part: _Part, projected_bases: FloatArray) -> FloatArray:
-    """Coordinates (h, W, 3) of the texels' spectra, from the bases' own coordinates (B, K, 3)."""
-    coordinates = np.zeros((*part.basis_index.shape, 3))
-    for index, basis in enumerate(projected_bases):
-        mask, weights = part.of_basis(index)
-        coordinates[mask] = weights @ basis
+def _coordinates(part: _Part, projected: FloatArray) -> FloatArray:
+    """Coordinates (3, P) of the texels' spectra, from the bases' own coordinates (B, K, 3)."""
+    coordinates = np.empty((3, part.basis_index.size))
+    for basis, chosen, weights in part.by_basis():
+        coordinates[:, chosen] = product(projected[basis].T, weights)
     return coordinates
 
 
-def _cone(panorama: SpectralPanorama, projected: FloatArray, to_luminance: FloatArray) -> FloatArray:
+def _energies(panorama: SpectralPanorama, projected: FloatArray, to_luminance: FloatArray) -> FloatArray:
+    """Luminance times relative solid angle of every texel, (P,)."""
+    energies = np.empty(panorama.valid.size)
+    width = panorama.valid.shape[1]
+
+    def find(part: _Part) -> None:
+        luminance = product(to_luminance[None], _coordinates(part, projected))[0]
+        energies[part.rows.start * width : part.rows.stop * width] = _energy(part, luminance)
+
+    for _ in _over(panorama, find):
+        pass
+    return energies
+
+
+def _energy(part: _Part, luminance: FloatArray) -> FloatArray:
+    return np.maximum(luminance, 0.0) * part.solid_angles
+
+
+def _darkest(energies: FloatArray) -> float:
+    """The least energy that counts: what is darker has a negligible share of all. The energies come back sorted."""
+    energies.sort()
+    summed = np.cumsum(energies)
+    return float(energies[np.searchsorted(summed, _NEGLIGIBLE * summed[-1])])
+
+
+def _cone(
+    panorama: SpectralPanorama, projected: FloatArray, to_luminance: FloatArray, darkest: float
+) -> FloatArray:
     """Corners (3, 3) of the tightest triangular cone round the coordinates that matter, each of luminance 1.
 
     A spectrum of luminance 1 lies in a plane; the cone's section with it is the smallest triangle round the convex hull.
     """
-    energies = np.empty(panorama.valid.size)
-    width = panorama.valid.shape[1]
-    for part in _parts(panorama):
-        luminance = _coordinates(part, projected) @ to_luminance
-        energy = np.maximum(luminance, 0.0) * part.solid_angle
-        energies[part.rows.start * width : part.rows.stop * width] = energy.ravel()
-    energies.sort()
-    summed = np.cumsum(energies)
-    dark = energies[np.searchsorted(summed, _NEGLIGIBLE * energies.sum())]
-    del energies, summed
     normal = to_luminance / np.linalg.norm(to_luminance)
     plane = np.linalg.svd(normal[None])[2][1:]  # (2, 3) orthonormal directions of constant luminance
 
-    def points() -> Iterator[FloatArray]:
-        for part in _parts(panorama):
-            coordinates = _coordinates(part, projected)
-            luminance = coordinates @ to_luminance
-            energy = np.maximum(luminance, 0.0) * part.solid_angle
-            kept = (energy >= dark) & (energy > 0)
-            if kept.any():
-                yield (coordinates[kept] / luminance[kept][:, None]) @ plane.T
+    def hull(part: _Part) -> FloatArray:
+        coordinates = _coordinates(part, projected)
+        luminance = product(to_luminance[None], coordinates)[0]
+        energy = _energy(part, luminance)
+        kept = (energy >= darkest) & (energy > 0)
+        return _hull((product(plane, coordinates[:, kept]) / luminance[kept]).T)
 
-    triangle = _enclosing_triangle(points)
+    triangle = _enclosing_triangle(np.concatenate(list(_over(panorama, hull))))
     return triangle @ plane + to_luminance / (to_luminance @ to_luminance)
 
 
-def _enclosing_triangle(points: Callable[[], Iterable[FloatArray]]) -> FloatArray:
-    """Corners (3, 2) of a small triangle that encloses points with a little room; they come in parts (N, 2), twice."""
-    ends = [(part.min(0), part.max(0)) for part in points()]
-    low, high = np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+def _hull(points: FloatArray) -> FloatArray:
+    """Those of the points (N, 2) that are corners of their convex hull."""
+    if len(points) < 3:
+        return points
+    low, high = points.min(0), points.max(0)
+    scaled = (points - (low + high) / 2) / max(float((high - low).max()), 1e-12)
+    corners = cv2.convexHull(scaled.astype(np.float32), returnPoints=False).ravel()
+    return np.asarray(points[corners])
+
+
+def _enclosing_triangle(points: FloatArray) -> FloatArray:
+    """Corners (3, 2) of a small triangle that encloses points (N, 2) with a little room."""
+    low, high = points.min(0), points.max(0)
     centre = (low + high) / 2
     extent = max(float((high - low).max()), 1e-12)
     scale = max(extent, _SMALLEST_EXTENT * max(float(np.abs(centre).max()), 1e-3))
     square = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) * 0.003
-    hulls = [cv2.convexHull(((part - centre) / scale).astype(np.float32)) for part in points()]
-    hull = np.asarray(hulls[0] if len(hulls) == 1 else cv2.convexHull(np.concatenate(hulls))).reshape(-1, 2)
+    hull = cv2.convexHull(((points - centre) / scale).astype(np.float32)).reshape(-1, 2)
     # A small square about every corner of the hull keeps thin hulls (two kinds of light) from a flat triangle.
     thick = (hull[:, None] + square).reshape(-1, 2).astype(np.float32)
     try:
@@ -285,16 +318,15 @@ def _encloses(triangle: FloatArray, points: FloatArray) -> bool:
     return bool(barycentric.min() >= 0)
 
 
-def _lost_energy(part: _Part, bases: FloatArray, weights: FloatArray, spectra: FloatArray) -> float:
+def _lost_energy(part: _Part, bases: FloatArray, held: FloatArray, spectra: FloatArray) -> float:
     """Solid angle times squared difference between the panorama's spectra and the layers' sum, over all texels.
 
-    By Gram matrices: no texel's 61 samples are ever formed.
+    By Gram matrices: no texel's 61 samples are ever formed. `held` (3, P) are the layers' weights, `spectra` (3, L) theirs.
     """
     lost = 0.0
-    for index, basis in enumerate(bases):
-        mask, own = part.of_basis(index)
-        joint = np.concatenate([own, -weights[mask]], axis=1)
-        stacked = np.concatenate([basis, spectra])
-        share = np.broadcast_to(part.solid_angle, mask.shape)[mask]
-        lost += float((share * ((joint @ (stacked @ stacked.T)) * joint).sum(1)).sum())
+    solid_angles = part.solid_angles
+    for basis, chosen, weights in part.by_basis():
+        joint = np.concatenate([weights, -held[:, chosen]])
+        stacked = np.concatenate([bases[basis], spectra])
+        lost += float(((product(stacked @ stacked.T, joint) * joint).sum(0) * solid_angles[chosen]).sum())
     return lost

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spectral_probe import large
+from spectral_probe import large, parallel
 from spectral_probe.figures.display import exposure_for_key
 from spectral_probe.figures.panorama import panorama_preview
 from spectral_probe.geometry.sphere import fill_unknown, resized
@@ -82,9 +82,10 @@ def test_without_room_in_files_arrays_are_in_memory(monkeypatch):
     assert float(array.sum()) == 2 * 64 * 64
 
 
-def test_layers_by_strips_are_those_at_once(panorama, monkeypatch):
+def test_layers_by_parts_are_those_at_once(panorama, monkeypatch):
     whole = light_layers(panorama)
-    in_strips(monkeypatch)
+    monkeypatch.setattr(parallel, "_TEXELS_AT_A_TIME", 4 * WIDTH)
+    assert len(parallel.row_blocks(WIDTH)) == 16
     parts = light_layers(panorama)
     np.testing.assert_allclose(parts.weights, whole.weights, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(parts.spectra, whole.spectra, rtol=1e-9)
