@@ -265,23 +265,36 @@ def draw(rows: list[dict[str, Any]], fits: dict[str, dict[str, float]], path: Pa
     kinds = list(fits)
     figure = Figure(figsize=(2.6 * len(kinds), 4.6), layout="constrained")
     axes = figure.subplots(2, len(kinds), squeeze=False)
-    units = {"panorama": "texels", "views": "views", "frames": "frames"}
+    units = {"panorama": "million texels", "views": "views", "frames": "frames"}
     for column, kind in enumerate(kinds):
         own = [row for row in rows if row["kind"] == kind]
-        amount = [row["amount"] for row in own]
+        unit = units.get(kind, "million pixels")
+        amount = [row["amount"] / (1e6 if unit.startswith("million") else 1) for row in own]
         upper, lower = axes[:, column]
         upper.loglog(amount, [row["seconds"] - row["seconds_fixed"] for row in own], "o-", color="#2a6f97")
         upper.set_title(f"{kind}: exponent {fits[kind]['exponent']:.2f}", fontsize=9)
         lower.semilogx(amount, [row["peak_gb"] for row in own], "o-", color="#a4508b")
         lower.axhline(LIMIT_GB, color="0.6", linewidth=1, linestyle="--")
         lower.set_ylim(0, LIMIT_GB * 1.1)
-        lower.set_xlabel(units.get(kind, "pixels"), fontsize=8)
+        lower.set_xlabel(unit, fontsize=8)
         for one in (upper, lower):
             one.tick_params(labelsize=7)
             one.grid(alpha=0.25)
+            readable(one.xaxis, amount)
+        readable(upper.yaxis, [row["seconds"] for row in own])
     axes[0, 0].set_ylabel("seconds, start-up taken off", fontsize=8)
     axes[1, 0].set_ylabel("peak memory in GB", fontsize=8)
     figure.savefig(path, dpi=110)
+
+
+def readable(axis: Any, values: list[float]) -> None:
+    """Plain numbers along a logarithmic axis: 1, 10, 100 ..., and 2 and 5 between them where there is room."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    wide = max(values) / min(values) > 100
+    axis.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def arguments() -> argparse.Namespace:
